@@ -1,0 +1,46 @@
+"""What can go wrong when Fullwell is used.
+
+::
+
+    FullwellError
+    |-- UsageError         bad use: an option, a path, a manifest (exit status 2)
+    `-- RawFileError       one file cannot be read or must not be measured; a study turns it into a finding
+        |-- UnreadableFileError    truncated, damaged, or not what its name says
+        `-- UnsuitableFileError    readable, but lossy, processed or otherwise unfit for noise work
+
+Every message is a sentence that says what is wrong and what to do about it.
+"""
+
+
+class FullwellError(Exception):
+    """Base of every error Fullwell raises on purpose."""
+
+
+class UsageError(FullwellError):
+    """Bad use: the sentence says what to do instead."""
+
+
+class RawFileError(FullwellError):
+    """One file cannot be used.
+
+    Parameters
+    ----------
+    code
+        Stable identifier of the reason, for example ``"file-truncated"``; it becomes the code of a finding.
+    message
+        A sentence for people, without the file's name.
+
+    """
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+
+
+class UnreadableFileError(RawFileError):
+    """The file is truncated, damaged, or not what its name says."""
+
+
+class UnsuitableFileError(RawFileError):
+    """The file can be read but is lossy, processed or otherwise unfit for noise measurements."""

@@ -1,0 +1,149 @@
+"""An experiment: frames of one kind, ISO and exposure are a series; series are a study."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from fullwell.findings import Finding
+from fullwell.raw.image import Levels, RawHeader
+
+
+class Kind(StrEnum):
+    """What a frame was taken for."""
+
+    FLAT = "flat"
+    DARK = "dark"
+    BIAS = "bias"
+    CHART = "chart"
+    SCENE = "scene"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """One raw file of a study.
+
+    Parameters
+    ----------
+    name
+        Path relative to the study, with forward slashes: the frame's identity and its order.
+    header
+        What the file says about itself.
+    size
+        Bytes of the file.
+
+    """
+
+    name: str
+    header: RawHeader
+    size: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Series:
+    """Frames of one kind at one ISO and exposure, in the order of their names.
+
+    Parameters
+    ----------
+    kind, iso, exposure_s
+        What the frames have in common; ``iso`` is None where nothing says it. Frames of a bias series may lack
+        an exposure; flat and dark frames never do.
+    temperature_c
+        Mean of the frames' temperatures, None where unknown.
+    photons
+        Mean photons per pixel, where calibrated.
+    frames
+        Sorted by name.
+
+    """
+
+    kind: Kind
+    iso: float | None
+    exposure_s: float | None
+    frames: tuple[Frame, ...]
+    temperature_c: float | None = None
+    photons: float | None = None
+
+    @property
+    def key(self) -> tuple[str, float, float]:
+        """Return what identifies and orders the series within a study."""
+        return (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Camera:
+    """Facts about the camera that raw files do not carry; None where nobody gave them.
+
+    Parameters
+    ----------
+    voltage_swing_v
+        Voltage at the white level [V].
+    base_iso
+        ISO at which the amplification is 1.
+
+    """
+
+    name: str | None = None
+    bit_depth: int | None = None
+    cfa: str | None = None
+    black_level: tuple[float, ...] | None = None
+    white_level: float | None = None
+    pixel_pitch_um: float | None = None
+    voltage_swing_v: float | None = None
+    base_iso: float | None = None
+    focal_length_mm: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exclusion:
+    """A file that was left out, and why."""
+
+    name: str
+    code: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """An experiment: every usable frame in its series, what all frames share, and what was left out.
+
+    Parameters
+    ----------
+    root
+        Folder that frame names are relative to.
+    camera
+        Facts given by the manifest, ``--camera`` or nobody.
+    series
+        Sorted by key.
+    width, height, cfa, bit_depth
+        What every frame has in common [pixel, pixel, order, bit].
+    black_level, white_level
+        Declared levels per CFA site, from the user, the manifest or the files' metadata (`Levels.source` says which);
+        None where nobody declared them.
+    excluded
+        Files that were left out, each with its reason.
+    findings
+        What indexing brought to light.
+
+    """
+
+    root: Path
+    camera: Camera
+    series: tuple[Series, ...]
+    width: int
+    height: int
+    cfa: str
+    bit_depth: int
+    black_level: Levels | None
+    white_level: Levels | None
+    excluded: tuple[Exclusion, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def isos(self) -> tuple[float | None, ...]:
+        """Return the distinct ISOs in ascending order, unknown first."""
+        return tuple(sorted({series.iso for series in self.series}, key=lambda iso: iso or 0.0))
+
+    def select(self, *kinds: Kind, iso: float | None) -> tuple[Series, ...]:
+        """Return the series of some kinds at one ISO, by ascending exposure."""
+        chosen = [series for series in self.series if series.kind in kinds and series.iso == iso]
+        return tuple(sorted(chosen, key=lambda series: (series.exposure_s or 0.0, series.kind.value)))

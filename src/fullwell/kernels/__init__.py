@@ -1,0 +1,1 @@
+"""Compiled loops and their readable NumPy twins: the JIT's only door."""

@@ -1,0 +1,1 @@
+"""How a sensor behaves: equations only, shared by the fits and the simulator."""

@@ -1,0 +1,1 @@
+"""A file becomes an array and what is known about it."""

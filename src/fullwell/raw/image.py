@@ -1,0 +1,122 @@
+"""What is known about one raw file, and the file as an array."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.findings import Finding
+
+
+class Area(NamedTuple):
+    """A rectangle in raw coordinates: first row and column, and one past the last."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """A level per CFA site, row-major from the visible top-left pixel, and where it came from.
+
+    Parameters
+    ----------
+    values
+        One level for a monochrome mosaic, four for a Bayer mosaic [DN].
+    source
+        ``metadata``, ``user``, ``manifest``, ``default`` ... ; ``tag`` names the maker's own name for it.
+
+    """
+
+    values: tuple[float, ...]
+    source: str
+    tag: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RawHeader:
+    """Everything a raw file says about itself, without its pixels.
+
+    Parameters
+    ----------
+    path
+        The file.
+    format
+        ``dng``, ``tiff``, ``png``, ...
+    raw_width, raw_height
+        Size of the stored mosaic, margins included [pixel].
+    active_area
+        The visible mosaic in raw coordinates; everything else in Fullwell counts from its top-left pixel.
+    cfa
+        Order at the visible top-left pixel, ``mono``, or None where the file does not say.
+    bit_depth
+        Bits per sample as declared.
+    black_level, white_level
+        None where the file does not say.
+    iso, exposure_s, temperature_c
+        None where the file does not say, or says 0.
+    masked_areas
+        Optical-black rectangles in raw coordinates.
+    noise_profile
+        (S, O) per plane as the DNG tag NoiseProfile has them; empty where absent.
+    level_tags
+        Every level the file declares, by its maker's own name.
+    layout
+        What the decoder of this format needs to find the pixels; opaque to everybody else.
+    findings
+        What reading the header brought to light.
+
+    """
+
+    path: Path
+    format: str
+    raw_width: int
+    raw_height: int
+    active_area: Area
+    cfa: str | None
+    bit_depth: int
+    black_level: Levels | None = None
+    white_level: Levels | None = None
+    iso: float | None = None
+    exposure_s: float | None = None
+    temperature_c: float | None = None
+    make: str | None = None
+    model: str | None = None
+    orientation: int = 1
+    compression: str = "none"
+    masked_areas: tuple[Area, ...] = ()
+    noise_profile: tuple[tuple[float, float], ...] = ()
+    level_tags: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    layout: object = None
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Columns of the visible mosaic."""
+        return self.active_area.right - self.active_area.left
+
+    @property
+    def height(self) -> int:
+        """Rows of the visible mosaic."""
+        return self.active_area.bottom - self.active_area.top
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RawImage:
+    """The visible mosaic, integer and never clipped at black, with its header.
+
+    Parameters
+    ----------
+    header
+        What the file says about itself.
+    mosaic
+        Array of ``uint16``, shape (header.height, header.width) [DN], read-only.
+
+    """
+
+    header: RawHeader
+    mosaic: NDArray[np.uint16]

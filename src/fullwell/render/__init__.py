@@ -1,0 +1,1 @@
+"""A mosaic becomes a picture."""

@@ -1,0 +1,1 @@
+"""Frames become numbers: streamed, exact, mergeable; no fit, no physics."""

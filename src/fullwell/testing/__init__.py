@@ -1,0 +1,1 @@
+"""Public fixtures: simulated sensors and hypothesis strategies."""

@@ -1,0 +1,127 @@
+"""Values with their uncertainty and unit: nothing leaves a fit without them.
+
+Which constructor: `Measured.student` for an estimate with degrees of freedom, `Measured.normal` for one whose
+degrees of freedom are so many that the normal holds, `Measured.interval` where the interval is asymmetric,
+`square_root` for a standard deviation whose variance was estimated, `Measured.exact` for a published figure
+whose authors gave no uncertainty.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, Self
+
+DN: Final = "DN"
+DN2: Final = "DN^2"
+ELECTRON: Final = "e-"
+ELECTRON2: Final = "e-^2"
+VOLT: Final = "V"
+DECIBEL: Final = "dB"
+STOP: Final = "EV"
+ONE: Final = "1"
+PERCENT: Final = "%"
+DN_PER_ELECTRON: Final = "DN/e-"
+DN_PER_SECOND: Final = "DN/s"
+ELECTRON_PER_SECOND: Final = "e-/s"
+VOLT_PER_SECOND: Final = "V/s"
+
+_NORMAL_975: Final = 1.959963984540054
+
+
+def student_975(dof: float | None) -> float:
+    """Return the 97.5 % point of Student's t for ``dof`` degrees of freedom (None: the normal)."""
+    if dof is None:
+        return _NORMAL_975
+    from scipy.special import stdtrit  # noqa: PLC0415 - `fullwell --help` must not load SciPy
+
+    return float(stdtrit(dof, 0.975))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """A value, one standard error of it, its degrees of freedom and its 95 % interval.
+
+    Parameters
+    ----------
+    value
+        The estimate, in ``unit``.
+    unit
+        Unit from this module's vocabulary.
+    std_error
+        One standard error in the same unit; None where nobody knows it.
+    dof
+        Degrees of freedom of the standard error; None means so many that the normal holds.
+    ci95
+        Lower and upper end of the 95 % interval; None where unknown.
+
+    """
+
+    value: float
+    unit: str
+    std_error: float | None = None
+    dof: float | None = None
+    ci95: tuple[float, float] | None = None
+
+    @classmethod
+    def exact(cls, value: float, unit: str) -> Self:
+        """Return a value without an uncertainty: a published figure, a code read from a file."""
+        return cls(value=float(value), unit=unit)
+
+    @classmethod
+    def normal(cls, value: float, std_error: float, unit: str) -> Self:
+        """Return an estimate with a normal interval."""
+        return cls.student(value, std_error, None, unit)
+
+    @classmethod
+    def student(cls, value: float, std_error: float, dof: float | None, unit: str) -> Self:
+        """Return an estimate with the interval of Student's t."""
+        half = student_975(dof) * std_error
+        return cls(
+            value=float(value),
+            unit=unit,
+            std_error=float(std_error),
+            dof=None if dof is None else float(dof),
+            ci95=(float(value - half), float(value + half)),
+        )
+
+    @classmethod
+    def interval(cls, value: float, std_error: float | None, ci95: tuple[float, float], unit: str) -> Self:
+        """Return an estimate with an interval of its own."""
+        return cls(value=float(value), unit=unit, std_error=std_error, ci95=(float(ci95[0]), float(ci95[1])))
+
+    def scaled(self, factor: float, unit: str) -> Self:
+        """Return the same measurement in another unit; ``factor`` is exact and positive."""
+        return replace(
+            self,
+            value=self.value * factor,
+            unit=unit,
+            std_error=None if self.std_error is None else self.std_error * factor,
+            ci95=None if self.ci95 is None else (self.ci95[0] * factor, self.ci95[1] * factor),
+        )
+
+
+def square_root(variance: Measured, unit: str) -> Measured:
+    """Return the standard deviation of an estimated variance, its interval mapped from variance space.
+
+    Parameters
+    ----------
+    variance
+        The variance, signed, in the squared unit, with its standard error and interval.
+    unit
+        Unit of the square root.
+
+    Returns
+    -------
+    Measured
+        Where the variance is at or below zero: value 0, no standard error, and an interval from 0 to the upper limit.
+
+    """
+    ci95 = (
+        None
+        if variance.ci95 is None
+        else (math.sqrt(max(variance.ci95[0], 0.0)), math.sqrt(max(variance.ci95[1], 0.0)))
+    )
+    if variance.value <= 0.0:
+        return Measured(value=0.0, unit=unit, dof=variance.dof, ci95=None if ci95 is None else (0.0, ci95[1]))
+    value = math.sqrt(variance.value)
+    std_error = None if variance.std_error is None else variance.std_error / (2.0 * value)
+    return Measured(value=value, unit=unit, std_error=std_error, dof=variance.dof, ci95=ci95)

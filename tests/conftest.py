@@ -1,0 +1,22 @@
+"""Fixtures every room's tests share."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+DATA = Path(os.environ.get("FULLWELL_DATA", Path(__file__).parents[2] / "shared" / "data"))
+
+
+@pytest.fixture
+def shared_data() -> Callable[[str], Path]:
+    """Return a function that finds real sensor data by name, or skips the test with the reason."""
+
+    def find(name: str) -> Path:
+        path = DATA / name
+        if not path.exists():
+            pytest.skip(f"needs the shared sensor data {name}; set FULLWELL_DATA to the folder that holds it")
+        return path
+
+    return find

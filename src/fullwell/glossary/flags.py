@@ -1,0 +1,29 @@
+"""What the flags on a row tell."""
+
+from typing import Final
+
+from fullwell.glossary.entry import Flag
+
+FLAGS: Final = tuple(
+    Flag(name=name, definition=definition)
+    for name, definition in (
+        ("recommended", "The figure to quote: the best estimator that these frames allow."),
+        (
+            "offset-not-identified",
+            "Nothing but metadata tells the black level: the dark coefficient is only bounded.",
+        ),
+        ("black-clipped", "More than 0.1 % of the dark pixels sit on the lowest code: noise was cut off there."),
+        ("quantization-limited", "The noise is so small against one code that its variance hardly tells."),
+        ("upper-limit", "The variance came out at or below zero: only the upper end of the interval is known."),
+        ("lower-bound", "The true value is at least this."),
+        ("adc-limited", "The rail of the converter, not the pixel, sets the limit."),
+        ("model-misfit", "Goodness of fit beyond the 99 % point: the errors are scaled up, the model is in doubt."),
+        ("mixed", "Temporal noise and fixed pattern could not be told apart."),
+        ("channels-differ", "The colour channels disagree beyond chance, so one value for all is only a summary."),
+        ("processed", "Signs of processing in the raw values."),
+        ("drift", "The frames of the series move beyond chance."),
+        ("user", "Rests on a value given by the user."),
+        ("scaled-crop", "The frame is smaller than the published crop; crop and tiles were scaled."),
+        ("model-based", "Follows from a camera fact that was not measured here, such as the voltage swing."),
+    )
+)

@@ -1,0 +1,232 @@
+"""Which noise comes by frame, by row, by column and by pixel: a three-way random-effects analysis (METHOD 3.5).
+
+The layout is frame t x row v x column h, one value per cell. Seven mean squares give seven variances, exactly unbiased,
+and every other variance of the layout as a linear combination: the temporal variance of a pixel, the variance of the
+grand mean.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import chdtri, fdtrc
+
+from fullwell.fit.gamma_likelihood import Array
+from fullwell.statistics.series import MeanSquares
+from fullwell.units import DN2, Measured
+
+EFFECTS: Final = ("t", "v", "h", "tv", "th", "vh", "tvh")
+MANY: Final = 1e4
+"""Degrees of freedom above which the normal holds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VarianceComponents:
+    """Variance of each effect, signed, with intervals of the modified large-sample method (Graybill-Wang) [DN^2].
+
+    Parameters
+    ----------
+    t
+        Frame: the whole frame moves.
+    v, h
+        Row and column fixed pattern.
+    tv, th
+        Temporal row and column noise.
+    vh
+        Pixel fixed pattern.
+    tvh
+        Temporal noise of the pixel alone.
+
+    """
+
+    t: Measured
+    v: Measured
+    h: Measured
+    tv: Measured
+    th: Measured
+    vh: Measured
+    tvh: Measured
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrandMeanVariance:
+    """Variance of the mean over all frames and pixels [DN^2].
+
+    Parameters
+    ----------
+    total
+        As an estimate of the level of any such sensor: fixed pattern counts.
+    temporal
+        As an estimate of the level of this sensor, its fixed pattern included: the scatter of the frame means,
+        T - 1 degrees of freedom.
+    temporal_without_frame_noise
+        The same where whole frames do not move: from row, column and pixel noise, many degrees of freedom. Too small
+        where ``frame_noise_ratio`` is significant.
+    frame_noise_ratio
+        ``temporal`` over ``temporal_without_frame_noise``: about F-distributed where whole frames do not move.
+    frame_noise_p
+        Chance of a larger ratio where whole frames do not move.
+
+    """
+
+    total: Measured
+    temporal: Measured
+    temporal_without_frame_noise: Measured
+    frame_noise_ratio: float
+    frame_noise_p: float
+
+
+def degrees_of_freedom(shape: tuple[int, int, int]) -> Mapping[str, int]:
+    """Return the degrees of freedom of each mean square for T frames, M rows, N columns."""
+    edges = dict(zip("tvh", (size - 1 for size in shape), strict=True))
+    return {effect: int(np.prod([edges[letter] for letter in effect])) for effect in EFFECTS}
+
+
+def variance_components(mean_squares: MeanSquares, shape: tuple[int, int, int]) -> VarianceComponents:
+    """Return the seven components (METHOD 3.5).
+
+    Parameters
+    ----------
+    mean_squares
+        The seven mean squares [DN^2].
+    shape
+        T frames (at least two), M rows, N columns.
+
+    """
+    frames, rows, columns = shape
+    combinations: dict[str, dict[str, float]] = {
+        "t": _over(rows * columns, t=1, tv=-1, th=-1, tvh=1),
+        "v": _over(frames * columns, v=1, tv=-1, vh=-1, tvh=1),
+        "h": _over(frames * rows, h=1, th=-1, vh=-1, tvh=1),
+        "tv": _over(columns, tv=1, tvh=-1),
+        "th": _over(rows, th=1, tvh=-1),
+        "vh": _over(frames, vh=1, tvh=-1),
+        "tvh": _over(1, tvh=1),
+    }
+    found = {
+        effect: combined(mean_squares, shape, combination, modified_interval=True)
+        for effect, combination in combinations.items()
+    }
+    return VarianceComponents(**found)
+
+
+def temporal_variance(
+    mean_squares: MeanSquares, shape: tuple[int, int, int], *, pixel_scatter_dn4: float | None = None
+) -> Measured:
+    """Return the temporal variance of a pixel, t + tv + th + tvh: the mean over pixels of the per-pixel variance.
+
+    Parameters
+    ----------
+    mean_squares
+        The seven mean squares [DN^2].
+    shape
+        T frames (at least two), M rows, N columns.
+    pixel_scatter_dn4
+        Variance over pixels of the per-pixel variance; the pixel part of the error is then the larger of what
+        chi-square and what this scatter says, which covers telegraph noise (METHOD 3.1) [DN^4].
+
+    Returns
+    -------
+    Measured
+        Its standard error includes the noise that whole frames, rows and columns share [DN^2].
+
+    """
+    _, rows, columns = shape
+    combination = _over(rows * columns, t=1, tv=rows - 1, th=columns - 1, tvh=(rows - 1) * (columns - 1))
+    measured = combined(mean_squares, shape, combination)
+    if pixel_scatter_dn4 is None or measured.std_error is None:
+        return measured
+    pixels = rows * columns
+    nu = degrees_of_freedom(shape)["tvh"]
+    by_chi_square = 2.0 * (combination["tvh"] * mean_squares.tvh) ** 2 / nu
+    excess = max(pixel_scatter_dn4 / pixels - by_chi_square, 0.0)
+    return Measured.student(measured.value, float(np.sqrt(measured.std_error**2 + excess)), measured.dof, DN2)
+
+
+def grand_mean_variance(mean_squares: MeanSquares, shape: tuple[int, int, int]) -> GrandMeanVariance:
+    """Return the variance of the grand mean, with and without the fixed pattern (METHOD 3.5).
+
+    Parameters
+    ----------
+    mean_squares
+        The seven mean squares [DN^2].
+    shape
+        T frames (at least two), M rows, N columns.
+
+    """
+    values = int(np.prod(shape))
+    total = combined(mean_squares, shape, _over(values, t=1, v=1, h=1, tv=-1, th=-1, vh=-1, tvh=1))
+    temporal = combined(mean_squares, shape, _over(values, t=1))
+    still = combined(mean_squares, shape, _over(values, tv=1, th=1, tvh=-1))
+    if still.value <= 0.0:
+        still = combined(mean_squares, shape, _over(values, tvh=1))
+    ratio = temporal.value / still.value if still.value > 0.0 else 1.0
+    return GrandMeanVariance(
+        total=total,
+        temporal=temporal,
+        temporal_without_frame_noise=still,
+        frame_noise_ratio=ratio,
+        frame_noise_p=float(fdtrc(shape[0] - 1, still.dof or MANY, ratio)),
+    )
+
+
+def combined(
+    mean_squares: MeanSquares,
+    shape: tuple[int, int, int],
+    combination: Mapping[str, float],
+    *,
+    modified_interval: bool = False,
+) -> Measured:
+    """Return a linear combination of mean squares with its standard error and degrees of freedom.
+
+    The degrees of freedom are those of the standard error: each mean square counts by its share in the squared error
+    (Welch-Satterthwaite), not by its share in the value, so a noisy frame term with few degrees is not hidden behind
+    a large pixel term with many.
+
+    Parameters
+    ----------
+    mean_squares
+        The seven mean squares [DN^2].
+    shape
+        T frames, M rows, N columns.
+    combination
+        Factor of each mean square; those absent are zero.
+    modified_interval
+        Take the interval of the modified large-sample method (Graybill-Wang) in place of Student's.
+
+    Returns
+    -------
+    Measured
+        In DN^2; ``dof`` is None above 10^4.
+
+    """
+    every = degrees_of_freedom(shape)
+    factor = np.array([combination[effect] for effect in combination])
+    square = np.array([getattr(mean_squares, effect) for effect in combination])
+    dof = np.array([every[effect] for effect in combination], dtype=np.float64)
+    part = factor * square
+    value = float(part.sum())
+    variances = 2.0 * part**2 / dof
+    variance = float(variances.sum())
+    std_error = float(np.sqrt(variance))
+    effective = variance**2 / float(np.sum(variances**2 / dof)) if variance > 0.0 else np.inf
+    known = None if effective > MANY else effective
+    if not modified_interval:
+        return Measured.student(value, std_error, known, DN2)
+    return Measured(value=value, unit=DN2, std_error=std_error, dof=known, ci95=_modified_interval(part, dof))
+
+
+def _over(divisor: float, **factors: float) -> dict[str, float]:
+    return {effect: factor / divisor for effect, factor in factors.items()}
+
+
+def _modified_interval(part: Array, dof: Array) -> tuple[float, float]:
+    """Return est -+ sqrt(sum of squares), each mean square's one-sided reach swapped where it is subtracted."""
+    down = 1.0 - dof / chdtri(dof, 0.025)
+    up = dof / chdtri(dof, 0.975) - 1.0
+    added = part >= 0.0
+    value = float(part.sum())
+    below = float(np.sqrt(np.sum((np.where(added, down, up) * part) ** 2)))
+    above = float(np.sqrt(np.sum((np.where(added, up, down) * part) ** 2)))
+    return value - below, value + above

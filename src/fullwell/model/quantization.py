@@ -1,0 +1,96 @@
+"""What rounding to integer codes does to a variance (METHOD 3.3).
+
+Rounding adds q^2/12 only where the noise, or the spread of levels over the pixels, covers several codes. Use
+`rounded_variance` where the levels of the pixels cover all phases of a code, `rounded_variance_at_phase` for one level.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+SMALL: Final = 0.1
+"""Noise in codes below which the closed form holds to 1e-11 and above which ten terms of the series do."""
+
+_TERMS: Final = np.arange(1, 11, dtype=np.float64)
+
+
+def quantization_variance(step: float = 1.0) -> float:
+    """Return q^2/12, the variance of uniform rounding [DN^2]."""
+    return step * step / 12.0
+
+
+def rounded_variance(noise: float, *, step: float = 1.0) -> float:
+    """Return the expected variance of rounded Gaussian noise, averaged over all phases of a code (METHOD 3.3).
+
+    Parameters
+    ----------
+    noise
+        Standard deviation before rounding [DN].
+    step
+        Distance of two codes q [DN].
+
+    Returns
+    -------
+    float
+        sigma^2 + q^2/12 - sum over k of q^2/(2 pi^2 k^2) exp(-4 pi^2 k^2 sigma^2/q^2) [DN^2].
+
+    Examples
+    --------
+    >>> round(rounded_variance(1.0), 6)
+    1.083333
+    >>> rounded_variance(0.0)
+    0.0
+
+    """
+    relative = noise / step
+    if relative < SMALL:
+        return step * noise / math.sqrt(math.pi)
+    damped = np.exp(-4.0 * np.pi**2 * _TERMS**2 * relative**2) / (2.0 * np.pi**2 * _TERMS**2)
+    return noise**2 + step**2 * (1.0 / 12.0 - float(damped.sum()))
+
+
+def rounded_variance_slope(noise: float, *, step: float = 1.0) -> float:
+    """Return the derivative of `rounded_variance` with respect to the squared noise [1]; noise above zero."""
+    relative = noise / step
+    if relative < SMALL:
+        return 1.0 / (2.0 * math.sqrt(math.pi) * relative)
+    return 1.0 + 2.0 * float(np.exp(-4.0 * np.pi**2 * _TERMS**2 * relative**2).sum())
+
+
+def rounded_variance_at_phase(
+    noise: ArrayLike, phase: ArrayLike, *, spread: float = 0.0, step: float = 1.0
+) -> NDArray[np.float64]:
+    """Return the expected variance of rounded Gaussian noise about a known level.
+
+    Parameters
+    ----------
+    noise
+        Standard deviation before rounding, above zero [DN].
+    phase
+        Mean level, relative to the nearest code [DN]; broadcasts with ``noise``.
+    spread
+        Standard deviation of the pixels' levels about it [DN].
+    step
+        Distance of two codes q [DN].
+
+    Returns
+    -------
+    ndarray
+        Mean over the pixels of the variance of one pixel's codes [DN^2].
+
+    """
+    sigma, level = np.broadcast_arrays(np.asarray(noise, np.float64) / step, np.asarray(phase, np.float64) / step)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(21)
+    pixel_levels = level[..., None] + (spread / step) * nodes
+    reach = math.ceil(8.0 * (float(sigma.max(initial=0.0)) + spread / step)) + 2
+    edges = np.arange(-reach, reach + 1) - 0.5
+    from scipy.special import ndtr  # noqa: PLC0415 - the simulator imports this module and needs no SciPy
+
+    below = ndtr((edges - pixel_levels[..., None]) / sigma[..., None, None])
+    probability = np.diff(below, axis=-1)
+    codes = edges[:-1] + 0.5
+    mean = probability @ codes
+    variance = probability @ codes**2 - mean**2
+    return step**2 * (variance @ weights) / weights.sum()

@@ -1,0 +1,197 @@
+"""Whether the frames of a study belong together: what differs is excluded or said as a finding."""
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from typing import Final
+
+from fullwell.findings import Finding, Severity
+from fullwell.frames.reading import Reading
+from fullwell.frames.series import Exclusion, Kind, Series
+
+TEMPERATURE_SPREAD_C: Final = 2.0
+"""Dark current changes by some 20 % over 2 degrees Celsius (it doubles every 6 to 8)."""
+
+_SEVERITY_ORDER: Final = (Severity.ERROR, Severity.WARNING, Severity.INFO)
+_NAMES_SHOWN: Final = 3
+
+
+def keep_uniform(readings: Sequence[Reading]) -> tuple[tuple[Reading, ...], tuple[Exclusion, ...]]:
+    """Keep the frames that share the size, CFA and bit depth of the majority; exclude the others with the reason."""
+    rules: tuple[tuple[str, Callable[[Reading], Hashable], Callable[[Reading], str]], ...] = (
+        ("frame-size-differs", _size, lambda one: f"its visible size is {_spelled_size(one)} pixels"),
+        ("cfa-differs", lambda one: one.frame.header.cfa, lambda one: f"its CFA is {one.frame.header.cfa}"),
+        ("bit-depth-differs", _scale, lambda one: f"its codes have {_spelled_scale(one)}"),
+    )
+    kept, excluded = tuple(readings), list[Exclusion]()
+    for code, trait, spelled in rules:
+        if not kept:
+            break
+        common = _majority(kept, trait)
+        example = next(one for one in kept if trait(one) == common)
+        excluded += [
+            Exclusion(
+                name=one.frame.name,
+                code=code,
+                reason=f"It does not belong to the others: {spelled(one)}; most frames: {spelled(example)[4:]}.",
+            )
+            for one in kept
+            if trait(one) != common
+        ]
+        kept = tuple(one for one in kept if trait(one) == common)
+    return kept, tuple(excluded)
+
+
+def _size(one: Reading) -> Hashable:
+    return (one.frame.header.height, one.frame.header.width)
+
+
+def _spelled_size(one: Reading) -> str:
+    return f"{one.frame.header.width} x {one.frame.header.height}"
+
+
+def _scale(one: Reading) -> Hashable:
+    """Return what sets the meaning of a code: the declared white level, else the bit depth."""
+    white = one.frame.header.white_level
+    return ("white", white.values) if white is not None else ("bits", one.bit_depth)
+
+
+def _spelled_scale(one: Reading) -> str:
+    white = one.frame.header.white_level
+    return f"{one.bit_depth} bits" + (f" and white level {white.values[0]:g}" if white is not None else "")
+
+
+def _majority(readings: Sequence[Reading], trait: Callable[[Reading], Hashable]) -> Hashable:
+    counts = Counter(trait(one) for one in readings)
+    first = {trait(one): one.frame.name for one in sorted(readings, key=lambda one: one.frame.name, reverse=True)}
+    return min(counts, key=lambda value: (-counts[value], first[value]))
+
+
+def exclusion_findings(excluded: Iterable[Exclusion]) -> tuple[Finding, ...]:
+    """Return one ``error`` finding per code and reason, naming its files."""
+    reasons: dict[tuple[str, str], list[str]] = {}
+    for one in excluded:
+        reasons.setdefault((one.code, one.reason), []).append(one.name)
+    return tuple(
+        Finding(
+            code=code,
+            severity=Severity.ERROR,
+            message=f"{_listed(sorted(names))} left out: {reason}",
+            files=tuple(sorted(names)),
+        )
+        for (code, reason), names in sorted(reasons.items())
+    )
+
+
+def study_findings(series: Sequence[Series], readings: Sequence[Reading]) -> tuple[Finding, ...]:
+    """Return what is to be said about series that can be used, but with care."""
+    return (
+        *_iso_unknown(series),
+        *_single_frames(series),
+        *_temperatures(series),
+        *_levels_vary(readings),
+        *_cameras(readings),
+        *_cfa_overridden(readings),
+    )
+
+
+def _iso_unknown(series: Sequence[Series]) -> Iterator[Finding]:
+    unknown = [frame.name for one in series if one.iso is None for frame in one.frames]
+    if unknown and any(one.iso is not None for one in series):
+        yield Finding(
+            code="iso-unknown",
+            severity=Severity.WARNING,
+            message=(
+                f"Nothing says the ISO of {len(unknown)} frames, though other frames have one: they stand apart, as a "
+                "group of their own. Put it into a folder name such as ISO_100 or into study.toml (iso)."
+            ),
+            files=tuple(sorted(unknown)),
+        )
+
+
+def _single_frames(series: Sequence[Series]) -> Iterator[Finding]:
+    alone = [one for one in series if len(one.frames) == 1 and one.kind in {Kind.FLAT, Kind.DARK, Kind.BIAS}]
+    if alone:
+        yield Finding(
+            code="single-frame-series",
+            severity=Severity.WARNING,
+            message=(
+                f"{len(alone)} series hold one frame only: their temporal noise cannot be told from fixed pattern. "
+                "Take at least two frames, better four or more, at the same exposure."
+            ),
+            files=tuple(sorted(one.frames[0].name for one in alone)),
+        )
+
+
+def _temperatures(series: Sequence[Series]) -> Iterator[Finding]:
+    for iso in sorted({one.iso for one in series}, key=lambda iso: iso or 0.0):
+        known = [
+            (frame.header.temperature_c, frame.name)
+            for one in series
+            if one.iso == iso and one.kind in {Kind.FLAT, Kind.DARK, Kind.BIAS}
+            for frame in one.frames
+            if frame.header.temperature_c is not None
+        ]
+        if known and max(known)[0] - min(known)[0] > TEMPERATURE_SPREAD_C:
+            at = "" if iso is None else f" at ISO {iso:g}"
+            yield Finding(
+                code="temperature-spread",
+                severity=Severity.WARNING,
+                message=(
+                    f"The sensor's temperature ranges from {min(known)[0]:.1f} to {max(known)[0]:.1f} degrees Celsius"
+                    f"{at}; dark current doubles about every 6 to 8 degrees. Let the camera warm up before a series."
+                ),
+                files=(min(known)[1], max(known)[1]),
+            )
+
+
+def _levels_vary(readings: Sequence[Reading]) -> Iterator[Finding]:
+    declared = {levels.values for one in readings if (levels := one.frame.header.black_level) is not None}
+    if len(declared) > 1:
+        spelled = ", ".join("/".join(f"{value:g}" for value in values) for values in sorted(declared))
+        yield Finding(
+            code="black-level-varies",
+            severity=Severity.WARNING,
+            message=f"The files declare different black levels ({spelled} DN); the most frequent one is compared with.",
+        )
+
+
+def _cameras(readings: Sequence[Reading]) -> Iterator[Finding]:
+    names = {(one.frame.header.make or "", one.frame.header.model or "") for one in readings}
+    if len(names) > 1:
+        spelled = ", ".join(" ".join(part for part in name if part) or "unnamed" for name in sorted(names))
+        yield Finding(
+            code="cameras-differ",
+            severity=Severity.WARNING,
+            message=f"The files name different cameras ({spelled}); one study should hold one camera.",
+        )
+
+
+def _cfa_overridden(readings: Sequence[Reading]) -> Iterator[Finding]:
+    differing = [one for one in readings if one.own_cfa is not None and one.own_cfa != one.frame.header.cfa]
+    if differing:
+        yield Finding(
+            code="cfa-overridden",
+            severity=Severity.WARNING,
+            message=(
+                f"The files say CFA {differing[0].own_cfa}; {differing[0].frame.header.cfa} was given and is used "
+                "instead."
+            ),
+            files=tuple(sorted(one.frame.name for one in differing)),
+        )
+
+
+def merged(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Join findings that say the same about several files; the most severe stand first."""
+    files: dict[tuple[str, Severity, str], set[str]] = {}
+    for finding in findings:
+        files.setdefault((finding.code, finding.severity, finding.message), set()).update(finding.files)
+    joined = [
+        Finding(code=code, severity=severity, message=message, files=tuple(sorted(names)))
+        for (code, severity, message), names in files.items()
+    ]
+    return tuple(sorted(joined, key=lambda one: (_SEVERITY_ORDER.index(one.severity), one.code, one.message)))
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:_NAMES_SHOWN])
+    return shown if len(names) <= _NAMES_SHOWN else f"{shown} and {len(names) - _NAMES_SHOWN} more"

@@ -1,0 +1,163 @@
+"""A study folder's files: found in any depth, sorted, each with the kind its folder names (RESULTS 1)."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fullwell.errors import UsageError
+from fullwell.findings import Finding, Severity
+from fullwell.frames.role import kind_of_folder
+from fullwell.frames.series import Camera, Kind
+from fullwell.frames.source import COMPANION_SUFFIXES, PREVIEW_SUFFIXES, RAW_SUFFIXES, Candidate, Source
+
+_KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or scene (any depth below them)"
+
+
+@dataclass(slots=True, kw_only=True)
+class _Search:
+    """What a walk has met so far."""
+
+    candidates: list[Candidate] = field(default_factory=list[Candidate])
+    left_out: list[str] = field(default_factory=list[str])
+    loose: list[str] = field(default_factory=list[str])
+    unknown: list[str] = field(default_factory=list[str])
+    previews: int = 0
+    files: int = 0
+    visited: set[tuple[str, Kind | None]] = field(default_factory=set[tuple[str, Kind | None]])
+    taken: set[tuple[str, Kind]] = field(default_factory=set[tuple[str, Kind]])
+    duplicates: list[str] = field(default_factory=list[str])
+
+
+def discover(root: Path) -> Source:
+    """Find the frames of a study folder.
+
+    Symbolic links are followed; a folder or file that is reached twice within one kind counts once.
+
+    Raises
+    ------
+    UsageError
+        Where the folder holds nothing that could be measured; the sentence says what was found instead.
+
+    """
+    search = _Search()
+    _walk(root, prefix="", kind=None, search=search)
+    if not search.candidates:
+        raise UsageError(_nothing_found(root, search))
+    return Source(
+        root=root,
+        camera=Camera(),
+        candidates=tuple(sorted(search.candidates, key=lambda one: (one.name, one.kind))),
+        findings=tuple(_findings(search)),
+    )
+
+
+def _walk(folder: Path, *, prefix: str, kind: Kind | None, search: _Search) -> bool:
+    """Collect what lies below a folder; return whether a folder named for a kind was met."""
+    identity = (os.path.realpath(folder), kind)
+    if identity in search.visited:
+        return False
+    search.visited.add(identity)
+    folders, files = _entries(folder)
+    _collect(files, prefix=prefix, kind=kind, search=search)
+    met = False
+    nameless: list[str] = []
+    for entry in folders:
+        name = f"{prefix}{entry.name}"
+        below = kind or kind_of_folder(entry.name)
+        if _walk(Path(entry.path), prefix=f"{name}/", kind=below, search=search) or below is not None:
+            met = True
+        elif not _is_our_output(Path(entry.path)):
+            nameless.append(name)
+    if kind is None and (met or not prefix):
+        search.left_out += nameless
+    return met
+
+
+def _entries(folder: Path) -> tuple[list[os.DirEntry[str]], list[os.DirEntry[str]]]:
+    """Return the visible folders (links last, so that a folder's own name wins) and files, sorted by name."""
+    try:
+        with os.scandir(folder) as scan:
+            visible = sorted((entry for entry in scan if not entry.name.startswith(".")), key=lambda entry: entry.name)
+    except OSError as error:
+        raise UsageError(f"Cannot read the folder {folder}: {error.strerror}.") from error
+    folders = [entry for entry in visible if entry.is_dir()]
+    return sorted(folders, key=lambda entry: entry.is_symlink()), [entry for entry in visible if not entry.is_dir()]
+
+
+def _collect(files: list[os.DirEntry[str]], *, prefix: str, kind: Kind | None, search: _Search) -> None:
+    developed = {Path(entry.name).stem for entry in files if Path(entry.name).suffix.lower() == ".dng"}
+    for entry in files:
+        name, suffix = f"{prefix}{entry.name}", Path(entry.name).suffix.lower()
+        search.files += 1
+        if suffix not in RAW_SUFFIXES:
+            search.previews += suffix in PREVIEW_SUFFIXES
+            if suffix not in COMPANION_SUFFIXES and kind is not None:
+                search.unknown.append(name)
+        elif suffix == ".png" and Path(entry.name).stem in developed:
+            search.previews += 1
+        elif kind is None:
+            search.loose.append(name)
+        elif (identity := (os.path.realpath(entry.path), kind)) in search.taken:
+            search.duplicates.append(name)
+        else:
+            search.taken.add(identity)
+            search.candidates.append(Candidate(name=name, path=Path(entry.path), kind=kind))
+
+
+def _is_our_output(folder: Path) -> bool:
+    return (folder / "results.json").is_file()
+
+
+def _findings(search: _Search) -> Iterator[Finding]:
+    if search.left_out:
+        names = tuple(sorted(search.left_out))
+        yield Finding(
+            code="folders-left-out",
+            severity=Severity.INFO,
+            message=f"Left out, their names tell no kind of capture: {_listed(names)}. {_KINDS_SENTENCE}.",
+            files=names,
+        )
+    root_files = tuple(sorted(name for name in search.loose if "/" not in name))
+    if root_files:
+        yield Finding(
+            code="files-left-out",
+            severity=Severity.INFO,
+            message=f"Left out, they lie in no capture folder: {_listed(root_files)}. {_KINDS_SENTENCE}.",
+            files=root_files,
+        )
+    if search.unknown:
+        yield Finding(
+            code="files-unknown",
+            severity=Severity.INFO,
+            message=f"Passed over, no raw format has this ending: {_listed(tuple(sorted(search.unknown)))}.",
+            files=tuple(sorted(search.unknown)),
+        )
+    if search.duplicates:
+        yield Finding(
+            code="files-twice",
+            severity=Severity.INFO,
+            message="Links to files that are already in the study: each frame counts once.",
+            files=tuple(sorted(search.duplicates)),
+        )
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    shown = ", ".join(names[:8])
+    return shown if len(names) <= 8 else f"{shown} and {len(names) - 8} more"
+
+
+def _nothing_found(root: Path, search: _Search) -> str:
+    if search.loose:
+        return (
+            f"{root} holds {len(search.loose)} raw files, but in no folder that says what they were taken for "
+            f"(the first: {min(search.loose)}). {_KINDS_SENTENCE}; or list them in a study.toml."
+        )
+    if search.previews:
+        return (
+            f"{root} holds only processed pictures such as JPEG ({search.previews} of them), whose noise was "
+            "changed by the camera. Give a folder of raw frames: DNG, or mosaic TIFF or PNG."
+        )
+    if search.files:
+        return f"{root} holds no raw frames (DNG, or mosaic TIFF or PNG). {_KINDS_SENTENCE}."
+    return f"{root} is empty. {_KINDS_SENTENCE}."

@@ -1,0 +1,178 @@
+"""A candidate becomes a frame: its header, completed by what the manifest, its name and its sidecar say.
+
+Who is believed first: the user, the manifest, the file's own metadata, its name or a folder's name, the sidecar.
+"""
+
+import math
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Final
+
+from fullwell.errors import RawFileError, UnreadableFileError
+from fullwell.findings import Finding, Severity
+from fullwell.frames.naming import exposure_in_path, iso_in_path
+from fullwell.frames.selection import EXPOSURE_TOLERANCE
+from fullwell.frames.series import Camera, Exclusion, Frame, Kind
+from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
+from fullwell.frames.source import Candidate
+from fullwell.raw.image import Levels, RawHeader
+from fullwell.raw.open import read_header
+
+_CONTAINER_BITS: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """A frame with what its candidate stated.
+
+    Parameters
+    ----------
+    frame
+        Its header holds the resolved ISO, exposure, temperature and CFA, and the levels the file (or its sidecar)
+        declares.
+    photons
+        Mean photons per pixel from the manifest.
+    bit_depth
+        From the camera, the sidecar or the file, in this order [bit].
+    bit_depth_known
+        False where nothing but a 16-bit container is known.
+    own_cfa
+        What the file itself says.
+    findings
+        What reading the frame brought to light.
+
+    """
+
+    kind: Kind
+    frame: Frame
+    photons: float | None
+    bit_depth: int
+    bit_depth_known: bool
+    own_cfa: str | None
+    findings: tuple[Finding, ...] = ()
+
+
+def read_all(
+    candidates: Iterable[Candidate], *, camera: Camera, cfa: str | None
+) -> tuple[tuple[Reading, ...], tuple[Exclusion, ...]]:
+    """Read the headers of all candidates on threads; results stand in the candidates' order.
+
+    Parameters
+    ----------
+    candidates
+        The files.
+    camera
+        Facts that outrank the files' own.
+    cfa
+        The user's order, which outranks everything; None where the user gave none.
+
+    """
+
+    def one(candidate: Candidate) -> Reading | Exclusion:
+        return _read(candidate, camera=camera, cfa=cfa)
+
+    with ThreadPoolExecutor(max_workers=min(8, 2 * (os.cpu_count() or 1))) as pool:
+        outcomes = tuple(pool.map(one, candidates))
+    readings = tuple(outcome for outcome in outcomes if isinstance(outcome, Reading))
+    excluded = tuple(outcome for outcome in outcomes if isinstance(outcome, Exclusion))
+    return readings, excluded
+
+
+def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading | Exclusion:
+    try:
+        size = candidate.path.stat().st_size
+        header = read_header(candidate.path)
+    except RawFileError as error:
+        return Exclusion(name=candidate.name, code=error.code, reason=error.message)
+    except OSError as error:
+        reason = f"The file cannot be read: {error.strerror or error}."
+        return Exclusion(name=candidate.name, code="file-unreadable", reason=reason)
+    facts, findings = _sidecar(candidate)
+    resolved, conflicts = _resolved(header, candidate=candidate, facts=facts, cfa=cfa or camera.cfa)
+    if resolved.exposure_s is None and candidate.kind in {Kind.FLAT, Kind.DARK}:
+        return Exclusion(
+            name=candidate.name,
+            code="exposure-unknown",
+            reason=(
+                f"Nothing says the exposure of this {candidate.kind.value} frame: put it into the file's metadata, a "
+                "name such as exp2000us, a JSON sidecar (ExposureTime) or study.toml (exposure_s)."
+            ),
+        )
+    depth, known = _bit_depth(header, camera=camera, facts=facts)
+    return Reading(
+        kind=candidate.kind,
+        frame=Frame(name=candidate.name, header=resolved, size=size),
+        photons=candidate.given.photons,
+        bit_depth=depth,
+        bit_depth_known=known,
+        own_cfa=header.cfa,
+        findings=(*_named(header.findings, candidate.name), *findings, *conflicts),
+    )
+
+
+def _sidecar(candidate: Candidate) -> tuple[SidecarFacts, tuple[Finding, ...]]:
+    path = sidecar_of(candidate.path)
+    if path is None:
+        return SidecarFacts(), ()
+    try:
+        return read_sidecar(path), ()
+    except UnreadableFileError as error:
+        return SidecarFacts(), (
+            Finding(code=error.code, severity=Severity.WARNING, message=error.message, files=(candidate.name,)),
+        )
+
+
+def _resolved(
+    header: RawHeader, *, candidate: Candidate, facts: SidecarFacts, cfa: str | None
+) -> tuple[RawHeader, tuple[Finding, ...]]:
+    given = candidate.given
+    named_s = exposure_in_path(candidate.name)
+    black = header.black_level
+    if black is None and facts.black_level is not None:
+        black = Levels(values=(facts.black_level,), source="sidecar", tag="BlackLevel")
+    resolved = replace(
+        header,
+        iso=_first(given.iso, header.iso, iso_in_path(candidate.name)),
+        exposure_s=_first(given.exposure_s, header.exposure_s, named_s, facts.exposure_s),
+        temperature_c=_first(given.temperature_c, header.temperature_c, facts.temperature_c),
+        cfa=cfa or header.cfa or facts.cfa,
+        black_level=black,
+    )
+    if given.exposure_s is not None or header.exposure_s is not None:
+        return resolved, ()
+    return resolved, _exposure_conflict(named_s, facts.exposure_s, name=candidate.name)
+
+
+def _exposure_conflict(named_s: float | None, sidecar_s: float | None, *, name: str) -> tuple[Finding, ...]:
+    if named_s is None or sidecar_s is None or math.isclose(named_s, sidecar_s, rel_tol=EXPOSURE_TOLERANCE):
+        return ()
+    return (
+        Finding(
+            code="exposure-ambiguous",
+            severity=Severity.WARNING,
+            message=(
+                f"The name says an exposure of {named_s:.6g} s, the sidecar {sidecar_s:.6g} s; the name's is used. "
+                "State exposure_s in study.toml if the sidecar is right."
+            ),
+            files=(name,),
+        ),
+    )
+
+
+def _bit_depth(header: RawHeader, *, camera: Camera, facts: SidecarFacts) -> tuple[int, bool]:
+    """Return the bit depth and whether more is known than the size of the container [bit]."""
+    if camera.bit_depth is not None:
+        return camera.bit_depth, True
+    if facts.bit_depth is not None and facts.bit_depth <= header.bit_depth:
+        return facts.bit_depth, True
+    return header.bit_depth, header.bit_depth < _CONTAINER_BITS or header.white_level is not None
+
+
+def _named(findings: Iterable[Finding], name: str) -> tuple[Finding, ...]:
+    return tuple(replace(finding, files=(name,)) for finding in findings)
+
+
+def _first(*values: float | None) -> float | None:
+    return next((value for value in values if value is not None), None)

@@ -1,0 +1,41 @@
+"""What a frame was taken for, told by the name of its folder (RESULTS 1)."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from fullwell.frames.series import Kind
+
+_BLANKS: Final = str.maketrans("", "", "_- \t")
+_PREFIXES: Final = (
+    (Kind.DARK, ("dark", "flatdark")),
+    (Kind.BIAS, ("bias", "readnoise")),
+    (Kind.FLAT, ("flat", "prnu", "bright", "light")),
+    (Kind.CHART, ("chart",)),
+    (Kind.SCENE, ("scene",)),
+)
+_SCENE_NAME: Final = "interesting"
+
+
+def kind_of_folder(name: str) -> Kind | None:
+    """Return the kind a folder's name stands for, without regard to case, ``_``, ``-`` and blanks.
+
+    Examples
+    --------
+    >>> kind_of_folder("Flat_Dark 20C")
+    <Kind.DARK: 'dark'>
+    >>> kind_of_folder("PRNU_DSNU")
+    <Kind.FLAT: 'flat'>
+    >>> kind_of_folder("notes") is None
+    True
+
+    """
+    plain = name.casefold().translate(_BLANKS)
+    for kind, prefixes in _PREFIXES:
+        if plain.startswith(prefixes):
+            return kind
+    return Kind.SCENE if plain == _SCENE_NAME else None
+
+
+def kind_of_path(folders: Sequence[str]) -> Kind | None:
+    """Return the kind of frames below nested folders, outermost first: the first name that tells decides."""
+    return next((kind for name in folders if (kind := kind_of_folder(name)) is not None), None)

@@ -1,0 +1,155 @@
+"""Where frames come from: files that a folder or a manifest names, before anything in them is read."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from fullwell.findings import Finding
+from fullwell.frames.series import Camera, Kind
+
+RAW_SUFFIXES: Final = frozenset(
+    {
+        ".dng",
+        ".tif",
+        ".tiff",
+        ".png",
+        ".fits",
+        ".fit",
+        ".fts",
+        ".raw",
+        ".crw",
+        ".cr2",
+        ".cr3",
+        ".nef",
+        ".nrw",
+        ".arw",
+        ".srf",
+        ".sr2",
+        ".rw2",
+        ".raf",
+        ".orf",
+        ".pef",
+        ".srw",
+        ".kdc",
+        ".dcr",
+        ".mrw",
+        ".x3f",
+        ".3fr",
+        ".fff",
+        ".iiq",
+        ".erf",
+        ".mef",
+        ".mos",
+        ".rwl",
+        ".gpr",
+    }
+)
+"""Endings of files that are taken for frames; what cannot be read among them is named in a finding."""
+
+COMPANION_SUFFIXES: Final = frozenset(
+    {
+        ".json",
+        ".txt",
+        ".csv",
+        ".tsv",
+        ".md",
+        ".rst",
+        ".xml",
+        ".xmp",
+        ".toml",
+        ".yaml",
+        ".yml",
+        ".ini",
+        ".cfg",
+        ".log",
+        ".db",
+        ".html",
+        ".htm",
+        ".pdf",
+        ".jpg",
+        ".jpeg",
+        ".heic",
+        ".gif",
+        ".bmp",
+        ".webp",
+        ".mp4",
+        ".mov",
+        ".zip",
+        ".npy",
+        ".npz",
+        ".m",
+        ".py",
+        ".ipynb",
+        ".parquet",
+        ".xlsx",
+        ".docx",
+        ".pp3",
+        ".dop",
+        ".thm",
+        ".sha256",
+        ".md5",
+    }
+)
+"""Endings of files that commonly lie beside frames and are passed over in silence."""
+
+PREVIEW_SUFFIXES: Final = frozenset({".jpg", ".jpeg", ".heic", ".gif", ".bmp", ".webp"})
+"""Endings of pictures that a camera has processed: no noise can be measured in them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Given:
+    """What a manifest states about a frame, above everything the file says; None where it states nothing.
+
+    Parameters
+    ----------
+    iso, exposure_s, temperature_c
+        As in `Series` [-, s, degree Celsius].
+    photons
+        Mean photons per pixel.
+
+    """
+
+    iso: float | None = None
+    exposure_s: float | None = None
+    temperature_c: float | None = None
+    photons: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """A file that should be a frame.
+
+    Parameters
+    ----------
+    name
+        Path relative to the study, with forward slashes.
+
+    """
+
+    name: str
+    path: Path
+    kind: Kind
+    given: Given = field(default_factory=Given)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """What a folder or a manifest offers.
+
+    Parameters
+    ----------
+    root
+        Folder that names are relative to.
+    camera
+        Facts of the manifest.
+    candidates
+        Sorted by name and kind.
+    findings
+        What the search brought to light.
+
+    """
+
+    root: Path
+    camera: Camera
+    candidates: tuple[Candidate, ...]
+    findings: tuple[Finding, ...] = ()

@@ -1,0 +1,38 @@
+"""What a measurement is asked to do."""
+
+import os
+from dataclasses import dataclass, field
+from typing import Final
+
+from fullwell.frames.selection import Selection
+
+DEFAULT_TILE: Final = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """Settings of a measuring command.
+
+    Parameters
+    ----------
+    selection
+        Which frames to use, and facts that outrank the files' own.
+    tile
+        Edge of a tile in pixels of a CFA plane.
+    crop
+        x, y, width and height of the region to measure, in pixels of the visible mosaic; None is all of it.
+    workers
+        Threads; results never depend on their number.
+    profile
+        Identifier of a measuring standard's profile; None is Fullwell's own.
+    legacy_black
+        Whether the published flows keep the black level in, as published (``kept``), or not (``subtracted``).
+
+    """
+
+    selection: Selection = field(default_factory=Selection)
+    tile: int = DEFAULT_TILE
+    crop: tuple[int, int, int, int] | None = None
+    workers: int = field(default_factory=lambda: os.cpu_count() or 1)
+    profile: str | None = None
+    legacy_black: str = "kept"

@@ -91,6 +91,7 @@ def study_findings(series: Sequence[Series], readings: Sequence[Reading]) -> tup
         *_levels_vary(readings),
         *_cameras(readings),
         *_cfa_overridden(readings),
+        *_exposures_overruled(readings),
     )
 
 
@@ -177,6 +178,26 @@ def _cfa_overridden(readings: Sequence[Reading]) -> Iterator[Finding]:
                 "instead."
             ),
             files=tuple(sorted(one.frame.name for one in differing)),
+        )
+
+
+def _exposures_overruled(readings: Sequence[Reading]) -> Iterator[Finding]:
+    overruled = [
+        (abs(stated / named - 1.0), one.frame.name, named, stated)
+        for one in readings
+        if (stated := one.sidecar_exposure_s) is not None and (named := one.frame.header.exposure_s) is not None
+    ]
+    if overruled:
+        _deviation, worst, named, stated = max(overruled)
+        yield Finding(
+            code="exposure-ambiguous",
+            severity=Severity.WARNING,
+            message=(
+                f"Names and sidecars of {len(overruled)} frames disagree about the exposure, most for {worst}: "
+                f"{named:.6g} s by its name, which is used, {stated:.6g} s by its sidecar. If the sidecars are right, "
+                "state exposure_s in study.toml."
+            ),
+            files=tuple(sorted(name for _deviation, name, _named, _stated in overruled)),
         )
 
 

@@ -16,11 +16,13 @@ from typing import Annotated, Final, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fullwell.errors import UsageError
-from fullwell.frames.series import Camera, Frame, Kind, Series, Study
+from fullwell.frames.series import Camera, Kind, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
 from fullwell.raw.image import Levels
 
 MANIFEST_NAME: Final = "study.toml"
+
+_CONTAINER_BITS: Final = 16
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 _Level = Annotated[float, Field(allow_inf_nan=False)]
@@ -190,11 +192,21 @@ def _toml(value: object) -> str:
     return str(value)
 
 
-def write_manifest(study: Study) -> str:
+def write_manifest(study: Study, *, folder: Path | None = None) -> str:
     """Return a manifest of a study as TOML text, to be corrected by hand.
 
     A pattern stands for files only where it matches exactly the frames of one series; else they are listed by name.
+
+    Parameters
+    ----------
+    study
+        What to describe.
+    folder
+        Folder the manifest will stand in, which its patterns are relative to; None is the study's own.
+
     """
+    base = study.root if folder is None else folder
+    inside = "" if folder is None else _prefix(study.root, folder)
     lines = [
         "# What Fullwell takes these files for. Correct what is wrong; a value given here outranks the files' own.",
         "",
@@ -202,7 +214,7 @@ def write_manifest(study: Study) -> str:
         *_camera_lines(study),
     ]
     for series in study.series:
-        lines += ["", "[[series]]", *_series_lines(series, root=study.root)]
+        lines += ["", "[[series]]", *_series_lines(series, base=base, inside=inside)]
     if study.excluded:
         lines += ["", "# Left out:"]
         lines += [f"# {one.name}: {one.reason}".replace("\n", " ") for one in study.excluded]
@@ -211,8 +223,9 @@ def write_manifest(study: Study) -> str:
 
 def _camera_lines(study: Study) -> Iterator[str]:
     camera = study.camera
-    yield _line("name", camera.name)
-    yield _line("bit_depth", study.bit_depth)
+    yield _line("name", camera.name, example='"IMX541"')
+    container_only = study.bit_depth == _CONTAINER_BITS and study.white_level is None
+    yield _line("bit_depth", None if container_only else study.bit_depth, example="12")
     yield _line("cfa", study.cfa)
     yield _level_line("black_level", study.black_level)
     yield _level_line("white_level", study.white_level)
@@ -232,35 +245,45 @@ def _level_line(key: str, levels: Levels | None) -> str:
     return f"# {key} = {text}   # DN, from: {levels.source}"
 
 
-def _series_lines(series: Series, *, root: Path) -> Iterator[str]:
+def _series_lines(series: Series, *, base: Path, inside: str) -> Iterator[str]:
     yield _line("kind", series.kind.value)
-    patterns = [json.dumps(pattern, ensure_ascii=False) for pattern in _patterns(series.frames, root=root)]
+    names = [inside + frame.name for frame in series.frames]
+    patterns = [json.dumps(pattern, ensure_ascii=False) for pattern in _patterns(names, base=base)]
     if len(patterns) == 1:
         yield f"files = [{patterns[0]}]"
     else:
         yield "files = ["
         yield from (f"  {pattern}," for pattern in patterns)
         yield "]"
-    yield _line("exposure_s", series.exposure_s)
-    yield _line("iso", series.iso)
+    yield _line("exposure_s", series.exposure_s, example="0.01")
+    yield _line("iso", series.iso, example="100")
     if series.photons is not None:
         yield _line("photons", series.photons)
-    yield _line("temperature_c", series.temperature_c)
+    temperature = series.temperature_c
+    yield _line("temperature_c", None if temperature is None else round(temperature, 3), example="20.0")
 
 
-def _patterns(frames: Sequence[Frame], *, root: Path) -> list[str]:
-    """Return one pattern per folder and ending where it matches exactly these frames, else their names."""
+def _prefix(root: Path, folder: Path) -> str:
+    """Return what stands before a frame's name in a manifest that lies in another folder."""
+    relative = Path(os.path.relpath(root.resolve(), folder.resolve())).as_posix()
+    return "" if relative == "." else f"{relative}/"
+
+
+def _patterns(paths: Sequence[str], *, base: Path) -> list[str]:
+    """Return one pattern per folder and ending where it matches exactly these files, else their names."""
     groups: dict[tuple[str, str], list[str]] = {}
-    for frame in frames:
-        folder, _slash, name = frame.name.rpartition("/")
+    for path in paths:
+        folder, _slash, name = path.rpartition("/")
         groups.setdefault((folder, Path(name).suffix), []).append(name)
     patterns: list[str] = []
     for (folder, suffix), names in sorted(groups.items()):
         inside = f"{folder}/" if folder else ""
         stem = _shared_start(min(names), max(names)).removesuffix(suffix)
-        wildcards = [f"{glob.escape(inside + start)}*{glob.escape(suffix)}" for start in ("", stem)]
+        wildcards = [
+            f"{glob.escape(inside + start)}*{glob.escape(suffix)}" for start in ("", stem.rstrip("0123456789"), stem)
+        ]
         wanted = {inside + name for name in names}
-        exact = [pattern for pattern in wildcards if len(names) > 1 and _on_disk(root, pattern) == wanted]
+        exact = [pattern for pattern in wildcards if len(names) > 1 and _on_disk(base, pattern) == wanted]
         patterns += exact[:1] or sorted(wanted)
     return patterns
 

@@ -40,6 +40,8 @@ class Reading:
         False where nothing but a 16-bit container is known.
     own_cfa
         What the file itself says.
+    sidecar_exposure_s
+        The sidecar's exposure where the name's is used and differs from it [s].
     findings
         What reading the frame brought to light.
 
@@ -51,6 +53,7 @@ class Reading:
     bit_depth: int
     bit_depth_known: bool
     own_cfa: str | None
+    sidecar_exposure_s: float | None = None
     findings: tuple[Finding, ...] = ()
 
 
@@ -89,8 +92,11 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
     except OSError as error:
         reason = f"The file cannot be read: {error.strerror or error}."
         return Exclusion(name=candidate.name, code="file-unreadable", reason=reason)
+    refusal = next((finding for finding in header.findings if finding.severity is Severity.ERROR), None)
+    if refusal is not None:
+        return Exclusion(name=candidate.name, code=refusal.code, reason=refusal.message)
     facts, findings = _sidecar(candidate)
-    resolved, conflicts = _resolved(header, candidate=candidate, facts=facts, cfa=cfa or camera.cfa)
+    resolved = _resolved(header, candidate=candidate, facts=facts, cfa=cfa or camera.cfa)
     if resolved.exposure_s is None and candidate.kind in {Kind.FLAT, Kind.DARK}:
         return Exclusion(
             name=candidate.name,
@@ -108,7 +114,8 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
         bit_depth=depth,
         bit_depth_known=known,
         own_cfa=header.cfa,
-        findings=(*_named(header.findings, candidate.name), *findings, *conflicts),
+        sidecar_exposure_s=_overruled(header, candidate=candidate, facts=facts),
+        findings=(*_named(header.findings, candidate.name), *findings),
     )
 
 
@@ -124,41 +131,29 @@ def _sidecar(candidate: Candidate) -> tuple[SidecarFacts, tuple[Finding, ...]]:
         )
 
 
-def _resolved(
-    header: RawHeader, *, candidate: Candidate, facts: SidecarFacts, cfa: str | None
-) -> tuple[RawHeader, tuple[Finding, ...]]:
+def _resolved(header: RawHeader, *, candidate: Candidate, facts: SidecarFacts, cfa: str | None) -> RawHeader:
     given = candidate.given
-    named_s = exposure_in_path(candidate.name)
     black = header.black_level
     if black is None and facts.black_level is not None:
         black = Levels(values=(facts.black_level,), source="sidecar", tag="BlackLevel")
-    resolved = replace(
+    return replace(
         header,
         iso=_first(given.iso, header.iso, iso_in_path(candidate.name)),
-        exposure_s=_first(given.exposure_s, header.exposure_s, named_s, facts.exposure_s),
+        exposure_s=_first(given.exposure_s, header.exposure_s, exposure_in_path(candidate.name), facts.exposure_s),
         temperature_c=_first(given.temperature_c, header.temperature_c, facts.temperature_c),
         cfa=cfa or header.cfa or facts.cfa,
         black_level=black,
     )
-    if given.exposure_s is not None or header.exposure_s is not None:
-        return resolved, ()
-    return resolved, _exposure_conflict(named_s, facts.exposure_s, name=candidate.name)
 
 
-def _exposure_conflict(named_s: float | None, sidecar_s: float | None, *, name: str) -> tuple[Finding, ...]:
-    if named_s is None or sidecar_s is None or math.isclose(named_s, sidecar_s, rel_tol=EXPOSURE_TOLERANCE):
-        return ()
-    return (
-        Finding(
-            code="exposure-ambiguous",
-            severity=Severity.WARNING,
-            message=(
-                f"The name says an exposure of {named_s:.6g} s, the sidecar {sidecar_s:.6g} s; the name's is used. "
-                "State exposure_s in study.toml if the sidecar is right."
-            ),
-            files=(name,),
-        ),
-    )
+def _overruled(header: RawHeader, *, candidate: Candidate, facts: SidecarFacts) -> float | None:
+    """Return the sidecar's exposure where the name's is used instead and is another [s]."""
+    named_s = exposure_in_path(candidate.name)
+    if header.exposure_s is not None or candidate.given.exposure_s is not None or named_s is None:
+        return None
+    if facts.exposure_s is None or math.isclose(named_s, facts.exposure_s, rel_tol=EXPOSURE_TOLERANCE):
+        return None
+    return facts.exposure_s
 
 
 def _bit_depth(header: RawHeader, *, camera: Camera, facts: SidecarFacts) -> tuple[int, bool]:

@@ -40,7 +40,26 @@ def load_study(path: Path, selection: Selection) -> Study:
         Where nothing can be measured: the sentence says what to do.
 
     """
-    source = source_of(path)
+    return _indexed(source_of(path), path=path, selection=selection)
+
+
+def index_folder(folder: Path, selection: Selection) -> Study:
+    """Index a study folder by the names of its folders, whether or not it holds a manifest.
+
+    Raises
+    ------
+    UsageError
+        As `load_study`.
+
+    """
+    if not folder.is_dir():
+        raise UsageError(
+            f"{folder} is no folder. Give the folder that holds the capture folders (dark, flat, bias ...)."
+        )
+    return _indexed(discover(folder), path=folder, selection=selection)
+
+
+def _indexed(source: Source, *, path: Path, selection: Selection) -> Study:
     camera = combined(selection.camera or Camera(), source.camera)
     candidates = [one for one in source.candidates if not selection.kinds or one.kind in selection.kinds]
     if not candidates:

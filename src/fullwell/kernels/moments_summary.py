@@ -1,0 +1,186 @@
+"""Finished maps become numbers in one sweep, a row of tiles at a time.
+
+For L frames with sum S and sum of squares Q at a pixel, ``D = L Q - S^2`` is an integer below 2^62, so 64-bit
+arithmetic that wraps around finds it exactly; ``D / (L (L - 1))`` is the pixel's unbiased variance over frames
+(METHOD 3.1). Sums run down each column in a fixed order and are not reassociated: the same maps give the same bits.
+`moments_summary_reference` says the same in plain NumPy.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fullwell.kernels.moments import Band
+
+_WORD = np.uint64(0xFFFFFFFF)
+_HALF = np.uint64(32)
+
+
+class Maps(NamedTuple):
+    """Sums over ``frames`` frames, shape (height, width)."""
+
+    codes: NDArray[np.uint32]
+    squares: NDArray[np.uint64]
+    frames: int
+
+
+class Surface(NamedTuple):
+    """What a band's sums are centred on and projected on.
+
+    Parameters
+    ----------
+    reference
+        Subtracted from the sum over frames, by phase of the row and mosaic column, shape (cell, width) [DN].
+    linear, quadratic
+        Polynomials of the row within the tile, by phase, shape (cell, rows).
+
+    """
+
+    reference: NDArray[np.float64]
+    linear: NDArray[np.float64]
+    quadratic: NDArray[np.float64]
+
+
+class ColumnSums(NamedTuple):
+    """Sums down each column of a band, by phase of the row, shape (cell, width).
+
+    Parameters
+    ----------
+    squares
+        Sum of Q.
+    low, high
+        Sums of the lower and the upper 32 bits of D.
+    quartic
+        Sum of D^2.
+    centred, linear, quadratic
+        Sums of S less its reference, times 1 and the two polynomials.
+    power
+        Sum of its square.
+
+    """
+
+    squares: NDArray[np.uint64]
+    low: NDArray[np.uint64]
+    high: NDArray[np.uint64]
+    quartic: NDArray[np.float64]
+    centred: NDArray[np.float64]
+    linear: NDArray[np.float64]
+    quadratic: NDArray[np.float64]
+    power: NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def _spread(codes: NDArray[np.uint32], squares: NDArray[np.uint64], frames: int, spread: NDArray[np.uint64]) -> None:
+    """Write D of a row of pixels."""
+    count = np.uint64(frames)
+    for c in range(codes.size):
+        spread[c] = count * squares[c] - np.uint64(codes[c]) * np.uint64(codes[c])
+
+
+@njit(cache=True, nogil=True)
+def _add_temporal(spread: NDArray[np.uint64], squares: NDArray[np.uint64], phase: int, sums: ColumnSums) -> None:
+    """Add a row to the sums that tell of the scatter over frames."""
+    totals, low, high, quartic = sums.squares[phase], sums.low[phase], sums.high[phase], sums.quartic[phase]
+    for c in range(spread.size):
+        totals[c] += squares[c]
+        low[c] += spread[c] & _WORD
+        high[c] += spread[c] >> _HALF
+        value = np.float64(spread[c])
+        quartic[c] += value * value
+
+
+@njit(cache=True, nogil=True)
+def _add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
+    """Add a row to the sums that tell of the scatter over pixels."""
+    phase, plane_row = at
+    reference = surface.reference[phase]
+    linear, quadratic = surface.linear[phase, plane_row], surface.quadratic[phase, plane_row]
+    centred, first, second, power = sums.centred[phase], sums.linear[phase], sums.quadratic[phase], sums.power[phase]
+    for c in range(codes.size):
+        value = np.float64(codes[c]) - reference[c]
+        centred[c] += value
+        first[c] += linear * value
+        second[c] += quadratic * value
+        power[c] += value * value
+
+
+@njit(cache=True, nogil=True)
+def _count_spread(spread: NDArray[np.uint64], shift: int, even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
+    """Count D of a row of pixels in bins of 2^shift; the last bin takes all that is larger."""
+    bits, last = np.uint64(shift), np.uint64(even.size - 1)
+    for c in range(spread.size // 2):
+        even[min(spread[2 * c] >> bits, last)] += 1
+        odd[min(spread[2 * c + 1] >> bits, last)] += 1
+    if spread.size % 2:
+        even[min(spread[spread.size - 1] >> bits, last)] += 1
+
+
+@njit(cache=True, nogil=True)
+def summarize_band(maps: Maps, band: Band, surface: Surface, shift: int, histogram: NDArray[np.int64]) -> ColumnSums:
+    """Sum one band of finished maps down its columns, and count D.
+
+    Parameters
+    ----------
+    maps, band
+        What to sum, and which rows.
+    surface
+        Reference and polynomials.
+    shift, histogram
+        D is counted in bins of 2^shift, the last of which is open; shape (sites, bins), added to.
+
+    """
+    width, cell = maps.codes.shape[1], band.cell
+    shape = (cell, width)
+    sums = ColumnSums(
+        np.zeros(shape, np.uint64),
+        np.zeros(shape, np.uint64),
+        np.zeros(shape, np.uint64),
+        np.zeros(shape, np.float64),
+        np.zeros(shape, np.float64),
+        np.zeros(shape, np.float64),
+        np.zeros(shape, np.float64),
+        np.zeros(shape, np.float64),
+    )
+    spread = np.empty(width, np.uint64)
+    for row in range(band.top, band.bottom):
+        phase = row % cell
+        _spread(maps.codes[row], maps.squares[row], maps.frames, spread)
+        _add_temporal(spread, maps.squares[row], phase, sums)
+        _add_spatial(maps.codes[row], (phase, (row - band.top) // cell), surface, sums)
+        _count_spread(spread, shift, histogram[phase * cell], histogram[phase * cell + cell - 1])
+    return sums
+
+
+@njit(cache=True, nogil=True)
+def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int) -> NDArray[np.uint64]:
+    """Return every D of one site from ``least`` up to but not including ``beyond``, row-major.
+
+    Parameters
+    ----------
+    maps
+        Finished maps.
+    site
+        Row and column within the cell, and the cell's size.
+    least, beyond
+        Bounds of D.
+
+    """
+    first_row, first_column, cell = site
+    low, high = np.uint64(least), np.uint64(beyond)
+    height, width = maps.codes.shape
+    picked = np.empty(1024, np.uint64)
+    n = 0
+    spread = np.empty(width, np.uint64)
+    for row in range(first_row, height, cell):
+        _spread(maps.codes[row], maps.squares[row], maps.frames, spread)
+        if n + width > picked.size:
+            grown = np.empty(2 * picked.size + width, np.uint64)
+            grown[:n] = picked[:n]
+            picked = grown
+        for c in range(first_column, width, cell):
+            if low <= spread[c] < high:
+                picked[n] = spread[c]
+                n += 1
+    return picked[:n].copy()

@@ -1,0 +1,41 @@
+"""What `moments_summary` computes, in plain NumPy: to read, and to test the compiled loops against."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.kernels.moments import Band
+from fullwell.kernels.moments_summary import ColumnSums, Maps, Surface
+
+
+def spread_of(maps: Maps) -> NDArray[np.uint64]:
+    """Return D = L Q - S^2 of every pixel, shape (height, width)."""
+    codes = maps.codes.astype(np.uint64)
+    return np.uint64(maps.frames) * maps.squares - codes * codes
+
+
+def summarize_band(maps: Maps, band: Band, surface: Surface, shift: int, histogram: NDArray[np.int64]) -> ColumnSums:
+    """Sum one band of finished maps down its columns, and count D; see `moments_summary.summarize_band`."""
+    rows, cell = slice(band.top, band.bottom), band.cell
+    spread, squares = spread_of(maps)[rows], maps.squares[rows]
+    word = np.uint64(0xFFFFFFFF)
+    by_phase: list[list[NDArray[np.uint64] | NDArray[np.float64]]] = []
+    for phase in range(cell):
+        d, q = spread[phase::cell], squares[phase::cell]
+        centred = maps.codes[rows][phase::cell].astype(np.float64) - surface.reference[phase]
+        linear = surface.linear[phase, : len(centred), np.newaxis]
+        quadratic = surface.quadratic[phase, : len(centred), np.newaxis]
+        terms = (q, d & word, d >> np.uint64(32), d.astype(np.float64) ** 2)
+        moments = (centred, linear * centred, quadratic * centred, centred**2)
+        by_phase.append([term.sum(axis=0) for term in (*terms, *moments)])
+        for column in range(cell):
+            bins = np.minimum(d[:, column::cell] >> np.uint64(shift), np.uint64(histogram.shape[1] - 1))
+            counted = np.bincount(bins.ravel().astype(np.int64), minlength=histogram.shape[1])
+            histogram[phase * cell + column] += counted
+    return ColumnSums(*(np.array(sums) for sums in zip(*by_phase, strict=True)))
+
+
+def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int) -> NDArray[np.uint64]:
+    """Return every D of one site within bounds; see `moments_summary.pick_spreads`."""
+    row, column, cell = site
+    spread = spread_of(maps)[row::cell, column::cell].ravel()
+    return spread[(spread >= np.uint64(least)) & (spread < np.uint64(beyond))]

@@ -1,0 +1,134 @@
+"""The same figure in electrons and in volts.
+
+Electrons need a measured system gain, whose error joins that of the figure; volts need a declared voltage swing, which
+is exact by definition, so figures in volts are model-based.
+"""
+
+import math
+from typing import Final
+
+from fullwell.units import (
+    DN,
+    DN2,
+    DN_PER_SECOND,
+    ELECTRON,
+    ELECTRON2,
+    ELECTRON_PER_SECOND,
+    VOLT,
+    VOLT_PER_SECOND,
+    Measured,
+    student_975,
+)
+
+_ELECTRON_UNITS: Final = ((DN, ELECTRON, 1), (DN2, ELECTRON2, 2), (DN_PER_SECOND, ELECTRON_PER_SECOND, 1))
+_VOLT_UNITS: Final = ((DN, VOLT, 1), (DN2, "V^2", 2), (DN_PER_SECOND, VOLT_PER_SECOND, 1))
+_MANY: Final = 1e4
+
+
+def to_electrons(measured_dn: Measured, system_gain: Measured) -> Measured:
+    """Return a figure in DN, DN^2 or DN/s divided by the system gain, or by its square.
+
+    Parameters
+    ----------
+    measured_dn
+        The figure.
+    system_gain
+        K, above zero and from other data than the figure: the two errors are taken as independent [DN/e-].
+
+    Returns
+    -------
+    Measured
+        Relative errors added in squares, their degrees of freedom combined by Welch and Satterthwaite. An interval that
+        was asymmetric stays so: the reach to either side is combined with that of the gain (MOVER).
+
+    Raises
+    ------
+    ValueError
+        Where the gain is not positive, or the unit is not one in DN.
+
+    """
+    unit, power = _converted(measured_dn.unit, _ELECTRON_UNITS)
+    if system_gain.value <= 0.0:
+        raise ValueError("electrons need a system gain above zero")
+    factor = system_gain.value**-power
+    value = measured_dn.value * factor
+    system_gain_error = power * abs(value) * (system_gain.std_error or 0.0) / system_gain.value
+    if measured_dn.std_error is None:
+        return Measured(
+            value=value,
+            unit=unit,
+            dof=measured_dn.dof,
+            ci95=_combined_interval(measured_dn, value, factor, student_975(system_gain.dof) * system_gain_error),
+        )
+    own_error = measured_dn.std_error * factor
+    error = math.hypot(own_error, system_gain_error)
+    dof = combined_dof((own_error, measured_dn.dof), (system_gain_error, system_gain.dof))
+    if _is_student(measured_dn):
+        return Measured.student(value, error, dof, unit)
+    interval = _combined_interval(measured_dn, value, factor, student_975(system_gain.dof) * system_gain_error)
+    return Measured(value=value, unit=unit, std_error=error, dof=dof, ci95=interval)
+
+
+def to_volts(measured_dn: Measured, volts_per_dn: float) -> Measured:
+    """Return a figure in DN, DN^2 or DN/s in volts; ``volts_per_dn`` is exact by definition (swing / white level).
+
+    Examples
+    --------
+    >>> to_volts(Measured.normal(0.064, 0.001, DN_PER_SECOND), 0.459 / 1023).unit
+    'V/s'
+
+    """
+    unit, power = _converted(measured_dn.unit, _VOLT_UNITS)
+    return measured_dn.scaled(volts_per_dn**power, unit)
+
+
+def combined_dof(*parts: tuple[float, float | None]) -> float | None:
+    """Return the Welch-Satterthwaite degrees of freedom of a sum of independent errors.
+
+    Parameters
+    ----------
+    *parts
+        Standard error and degrees of freedom (None: many) of each part.
+
+    Examples
+    --------
+    >>> combined_dof((1.0, 4.0), (0.0, None))
+    4.0
+    >>> combined_dof((1.0, None), (1.0, None)) is None
+    True
+
+    """
+    total = sum(error**2 for error, _ in parts)
+    doubt = sum(error**4 / dof for error, dof in parts if dof is not None)
+    if doubt <= 0.0 or total**2 / doubt > _MANY:
+        return None
+    return total**2 / doubt
+
+
+def _converted(unit: str, table: tuple[tuple[str, str, int], ...]) -> tuple[str, int]:
+    for source, target, power in table:
+        if unit == source:
+            return target, power
+    raise ValueError(f"a figure in {unit} cannot be converted; give one in DN, DN^2 or DN/s")
+
+
+def _is_student(measured: Measured) -> bool:
+    """Return whether the interval is Student's own, symmetric about the value."""
+    if measured.ci95 is None or measured.std_error is None:
+        return measured.ci95 is None
+    half = student_975(measured.dof) * measured.std_error
+    return all(
+        math.isclose(end, measured.value + side * half, rel_tol=0.0, abs_tol=1e-9 * half)
+        for end, side in zip(measured.ci95, (-1.0, 1.0), strict=True)
+    )
+
+
+def _combined_interval(
+    measured: Measured, value: float, factor: float, system_gain_reach: float
+) -> tuple[float, float] | None:
+    if measured.ci95 is None:
+        return None
+    below = math.hypot((measured.value - measured.ci95[0]) * factor, system_gain_reach)
+    above = math.hypot((measured.ci95[1] - measured.value) * factor, system_gain_reach)
+    low = value - below
+    return (max(low, 0.0) if measured.ci95[0] >= 0.0 else low), value + above

@@ -1,0 +1,161 @@
+"""Where the sensor saturates, by three definitions that differ (METHOD 7).
+
+Every one is read off a grid of exposures, so each comes with the levels that bracket it; the grid, not the noise, sets
+its error.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fullwell.units import DN, Measured
+
+ADC_LIMITED: Final = 0.5
+"""Clipped share at the plateau above which the converter, not the pixel, is the limit."""
+CONSISTENT: Final = 4.0
+"""Largest |r| of a level that still follows the photon transfer curve."""
+
+_ADC_FLAG: Final = "adc-limited"
+_LOWER_BOUND: Final = "lower-bound"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SaturationLevel:
+    """A saturation signal above the black level.
+
+    Parameters
+    ----------
+    signal
+        The level; its interval is the bracket [DN].
+    below_dn, above_dn
+        The neighbouring levels of the grid; None where there is none [DN].
+    flags
+        ``adc-limited`` where the converter is the limit, ``lower-bound`` where the frames do not reach saturation.
+
+    """
+
+    signal: Measured
+    below_dn: float | None
+    above_dn: float | None
+    flags: tuple[str, ...]
+
+
+def temporal_variance_peak(
+    signal_dn: ArrayLike, variance_dn2: ArrayLike, clipped_fraction: ArrayLike, *, ceiling_dn: float | None = None
+) -> SaturationLevel:
+    """Return the signal with the largest temporal variance, with the levels that bracket the peak (METHOD 7a).
+
+    Parameters
+    ----------
+    signal_dn
+        Mean above the black level at each exposure, shape (N,) [DN].
+    variance_dn2
+        Temporal variance there [DN^2].
+    clipped_fraction
+        Share of values on the highest code there [1].
+    ceiling_dn
+        White level less black level: upper end of the bracket where the peak is the last level [DN].
+
+    Returns
+    -------
+    SaturationLevel
+        The peak lies between the neighbours of the largest value; the standard error is that of a uniform law over the
+        bracket. Where the variance still rises at the last level, that level is a lower bound.
+
+    """
+    signal, variance, clipped = _sorted(signal_dn, variance_dn2, clipped_fraction)
+    peak = int(np.argmax(variance))
+    below = float(signal[peak - 1]) if peak > 0 else None
+    last = peak == signal.size - 1
+    above = ceiling_dn if last else float(signal[peak + 1])
+    adc_limited = not last and bool(clipped[peak + 1 :].max() > ADC_LIMITED)
+    flags = (*((_ADC_FLAG,) if adc_limited else ()), *((_LOWER_BOUND,) if last else ()))
+    return _bracketed(float(signal[peak]), None if last else below, above, below=below, flags=flags)
+
+
+def plateau(
+    signal_dn: ArrayLike, clipped_fraction: ArrayLike, std_error_dn: ArrayLike, *, tolerance: float = 0.01
+) -> SaturationLevel | None:
+    """Return the level that more light no longer raises (METHOD 7b).
+
+    Parameters
+    ----------
+    signal_dn
+        Mean above the black level, by ascending exposure, shape (N,) [DN].
+    clipped_fraction
+        Share of values on the highest code [1].
+    std_error_dn
+        Of the means [DN].
+    tolerance
+        Largest relative rise of the last level over the one before it that still counts as a plateau.
+
+    Returns
+    -------
+    SaturationLevel or None
+        ``adc-limited`` where more than half of the values are on the highest code; None where the signal still rises.
+
+    """
+    signal = np.asarray(signal_dn, np.float64)
+    if signal.size < 2 or signal[-1] <= 0.0 or signal[-1] - signal[-2] > tolerance * signal[-1]:
+        return None
+    limited = float(np.asarray(clipped_fraction, np.float64)[-1]) > ADC_LIMITED
+    error = float(np.asarray(std_error_dn, np.float64)[-1])
+    return SaturationLevel(
+        signal=Measured.normal(float(signal[-1]), error, DN),
+        below_dn=float(signal[-2]),
+        above_dn=None,
+        flags=(_ADC_FLAG,) if limited else (),
+    )
+
+
+def last_consistent_level(
+    signal_dn: ArrayLike, residual: ArrayLike, *, ceiling_dn: float | None = None
+) -> SaturationLevel | None:
+    """Return the last level that the photon transfer curve still describes, |r| < 4 (METHOD 7c).
+
+    Parameters
+    ----------
+    signal_dn
+        Mean above the black level of each point, shape (N,) [DN].
+    residual
+        Signed deviance of each point [1].
+    ceiling_dn
+        White level less black level [DN].
+
+    Returns
+    -------
+    SaturationLevel or None
+        ``lower-bound`` where every level is described; None where none is.
+
+    """
+    signal, residuals, _ = _sorted(signal_dn, residual, residual)
+    consistent = np.flatnonzero(np.abs(residuals) < CONSISTENT)
+    if consistent.size == 0:
+        return None
+    at = int(consistent[-1])
+    last = at == signal.size - 1
+    above = ceiling_dn if last else float(signal[at + 1])
+    flags = (_LOWER_BOUND,) if last else ()
+    below = float(signal[at - 1]) if at > 0 else None
+    return _bracketed(float(signal[at]), None if last else float(signal[at]), above, below=below, flags=flags)
+
+
+def _bracketed(
+    value: float, low: float | None, high: float | None, *, below: float | None, flags: tuple[str, ...]
+) -> SaturationLevel:
+    """Return a level whose interval is its bracket; an open bracket starts at the level itself."""
+    bottom = value if low is None else low
+    if high is None or high < value:
+        measured = Measured.exact(value, DN)
+    else:
+        measured = Measured.interval(value, (high - bottom) / math.sqrt(12.0), (bottom, high), DN)
+    return SaturationLevel(signal=measured, below_dn=below, above_dn=high, flags=flags)
+
+
+def _sorted(*columns: ArrayLike) -> tuple[np.ndarray, ...]:
+    arrays = [np.asarray(column, np.float64) for column in columns]
+    order = np.argsort(arrays[0], kind="stable")
+    return tuple(array[order] for array in arrays)

@@ -1,0 +1,206 @@
+"""Mean and noise of a histogram that a rail cuts off: a rounded, censored normal by maximum likelihood (METHOD 3.4).
+
+Each code holds the normal's mass over its width; the lowest code of a clipped histogram holds the whole lower tail, the
+highest likewise. Rounding is part of the model, so the noise comes out without quantization.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from fullwell.fit.gamma_likelihood import Array
+from fullwell.units import DN, Measured
+
+MAX_CLIPPED: Final = 1e-3
+"""Share of the pixels on the lowest code above which a variance is not to be trusted (METHOD 0)."""
+_MISSING: Final = 10.0
+"""Values that must be missing below the lowest code before it counts as a rail."""
+_BODY: Final = 0.84
+"""Quantile above which codes are pooled when looking for a rail, so that hot pixels do not count."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CensoredNormal:
+    """A normal fitted to a histogram.
+
+    Parameters
+    ----------
+    mean
+        Of the noise before clipping [DN].
+    noise
+        Standard deviation before clipping and rounding [DN].
+    covariance
+        Of (mean, log noise), from the Fisher information, shape (2, 2).
+    converged
+        Whether the likelihood stood still.
+
+    """
+
+    mean: Measured
+    noise: Measured
+    covariance: Array
+    converged: bool
+
+
+def fit_censored_normal(
+    first_code: int, counts: NDArray[np.int64], *, clipped_low: bool, clipped_high: bool, step: int = 1
+) -> CensoredNormal:
+    """Fit a rounded normal whose outermost codes may hold a whole tail (METHOD 3.4).
+
+    Parameters
+    ----------
+    first_code
+        Code of ``counts[0]`` [DN].
+    counts
+        Shape (codes,).
+    clipped_low, clipped_high
+        Whether the first and the last code hold everything beyond them.
+    step
+        Distance of two codes that occur [DN]; ``counts`` holds the codes between, too.
+
+    Returns
+    -------
+    CensoredNormal
+        Its errors take every count as independent.
+
+    Raises
+    ------
+    ValueError
+        Where fewer than two codes are populated.
+
+    """
+    cells = np.asarray(counts, np.float64)[::step]
+    if np.count_nonzero(cells) < 2:
+        raise ValueError("a histogram with one populated code says nothing about the noise")
+    lower = np.arange(cells.size, dtype=np.float64) - np.float64(0.5)
+    upper = lower + np.float64(1.0)
+    if clipped_low:
+        lower[0] = -np.inf
+    if clipped_high:
+        upper[-1] = np.inf
+    parameters, information, converged = _maximize(cells, lower, upper)
+    covariance = np.linalg.inv(information)
+    noise = float(np.exp(parameters[1])) * step
+    return CensoredNormal(
+        mean=Measured.normal(first_code + step * float(parameters[0]), step * float(np.sqrt(covariance[0, 0])), DN),
+        noise=Measured.normal(noise, noise * float(np.sqrt(covariance[1, 1])), DN),
+        covariance=covariance * np.outer([step, 1.0], [step, 1.0]),
+        converged=converged,
+    )
+
+
+def is_clipped_low(first_code: int, counts: NDArray[np.int64], *, step: int = 1) -> bool:
+    """Return whether the lowest code is a rail: over 0.1 % of the values on it, and a tail missing below it.
+
+    Parameters
+    ----------
+    first_code
+        Code of ``counts[0]`` [DN].
+    counts
+        Shape (codes,), the first one populated.
+    step
+        Distance of two codes that occur [DN].
+
+    Notes
+    -----
+    A narrow distribution that is not cut, noise 0.3 DN say, has many values on its lowest code as well. The two are
+    told apart by what should lie below: a censored normal, which fits whether or not there is a rail, must put more
+    than ten values there. With only two populated codes there is nothing to fit; then only code 0 counts as a rail.
+
+    """
+    cells = np.asarray(counts, np.int64)[::step]
+    total = int(cells.sum())
+    if total == 0 or cells[0] <= MAX_CLIPPED * total:
+        return False
+    if first_code == 0:
+        return True
+    body = max(int(np.searchsorted(np.cumsum(cells), _BODY * total)), 2)
+    pooled = np.append(cells[:body], cells[body:].sum())
+    if np.count_nonzero(pooled) < 3:
+        return False
+    fit = fit_censored_normal(0, pooled, clipped_low=True, clipped_high=True)
+    below = float(log_ndtr((-0.5 - fit.mean.value) / fit.noise.value))
+    return total * np.exp(below) > _MISSING
+
+
+def code_step(counts: NDArray[np.int64]) -> int:
+    """Return the distance of the codes that occur: above 1 where a file was rescaled and its histogram has gaps.
+
+    Examples
+    --------
+    >>> code_step(np.array([3, 0, 0, 0, 9, 0, 0, 0, 2]))
+    4
+    >>> code_step(np.array([3, 9, 2]))
+    1
+
+    """
+    populated = np.flatnonzero(counts)
+    if populated.size < 3:
+        return 1
+    return max(int(np.gcd.reduce(np.diff(populated))), 1)
+
+
+def _maximize(cells: Array, lower: Array, upper: Array) -> tuple[Array, Array, bool]:
+    """Fisher scoring on (mean, log noise), in codes from the first one; steps are halved until they climb."""
+    total = float(cells.sum())
+    codes = np.arange(cells.size, dtype=np.float64)
+    mean = float(cells @ codes) / total
+    spread = float(np.sqrt(max(cells @ (codes - mean) ** 2 / total, 0.05)))
+    parameters: Array = np.array([mean, np.log(spread)], np.float64)
+    likelihood, score, information = _likelihood(parameters, cells, lower, upper)
+    for _ in range(200):
+        step: Array = np.asarray(np.linalg.solve(information, score), np.float64)
+        step /= max(1.0, abs(step[0]) / (2.0 * np.exp(parameters[1])), abs(step[1]) / 0.7)
+        if float(step @ information @ step) < 1e-16 * max(1.0, total):
+            return parameters, information, True
+        factor = 1.0
+        while factor > 1e-6:
+            tried = parameters + factor * step
+            new_likelihood, new_score, new_information = _likelihood(tried, cells, lower, upper)
+            if new_likelihood >= likelihood - 1e-12 * abs(likelihood):
+                break
+            factor /= 2.0
+        else:
+            return parameters, information, True
+        parameters, likelihood, score, information = tried, new_likelihood, new_score, new_information
+    return parameters, information, False
+
+
+def _likelihood(parameters: Array, cells: Array, lower: Array, upper: Array) -> tuple[float, Array, Array]:
+    """Return the log-likelihood, its gradient and the Fisher information; safe however far out a cell lies."""
+    noise = np.exp(parameters[1])
+    low, high = (lower - parameters[0]) / noise, (upper - parameters[0]) / noise
+    log_mass = _log_normal_mass(low, high)
+    density_low, density_high = (_density_over_mass(edge, log_mass) for edge in (low, high))
+    by_mean = (density_low - density_high) / noise
+    by_log_noise = _times(low, density_low) - _times(high, density_high)
+    gradient = np.stack([by_mean, by_log_noise])
+    expected = cells.sum() * np.exp(log_mass)
+    return (
+        float(cells @ log_mass),
+        gradient @ cells,
+        (gradient * expected) @ gradient.T,
+    )
+
+
+def _log_normal_mass(low: Array, high: Array) -> Array:
+    """Return ln(Phi(high) - Phi(low)), taken in the tail where the difference does not cancel."""
+    mirrored = low > 0.0
+    near = np.where(mirrored, -low, high)
+    far = np.where(mirrored, -high, low)
+    log_near, log_far = log_ndtr(near), log_ndtr(far)
+    with np.errstate(divide="ignore"):
+        return log_near + np.log1p(-np.exp(np.minimum(log_far - log_near, -1e-300)))
+
+
+def _density_over_mass(edge: Array, log_mass: Array) -> Array:
+    with np.errstate(over="ignore", invalid="ignore"):
+        log_density = -0.5 * edge**2 - 0.5 * np.log(2.0 * np.pi)
+    return np.exp(np.minimum(log_density - log_mass, 700.0))
+
+
+def _times(edge: Array, density: Array) -> Array:
+    return np.where(np.isinf(edge), 0.0, edge) * density

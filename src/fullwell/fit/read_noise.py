@@ -1,0 +1,168 @@
+"""Read noise before quantization, from the temporal variance of unlit pixels (METHOD 3.1, 3.3, 3.6).
+
+Which case applies: noise well above half a code is the variance less q^2/12; below, the rounding law is inverted, which
+needs levels that cover all phases of a code; without that spread the phase is unknown, and so is the noise: an interval
+is all that can be said.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fullwell.fit.solvers import root_between
+from fullwell.model.quantization import (
+    quantization_variance,
+    rounded_variance,
+    rounded_variance_at_phase,
+    rounded_variance_slope,
+)
+from fullwell.units import DN, DN2, ONE, Measured, square_root
+
+COVERING_SPREAD: Final = 0.5
+"""Spread of the pixels' levels, in codes, from which all phases count as covered."""
+MEASURABLE: Final = 0.35
+"""Noise, in codes, below which an unknown phase leaves no more than an interval."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadNoise:
+    """Read noise with the quantization removed.
+
+    Parameters
+    ----------
+    noise
+        Standard deviation [DN].
+    variance
+        Its signed square [DN^2].
+    quantization_limited
+        Whether the unknown phase of the level within a code leaves only an interval.
+
+    """
+
+    noise: Measured
+    variance: Measured
+    quantization_limited: bool
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Return the flags of its rows."""
+        limit = ("upper-limit",) if self.noise.std_error is None else ()
+        return (*(("quantization-limited",) if self.quantization_limited else ()), *limit)
+
+
+def analogue_read_noise(
+    temporal_variance: Measured, *, quantization_step: float = 1.0, spatial_spread_dn: float
+) -> ReadNoise:
+    """Return the noise that rounding was applied to (METHOD 3.3).
+
+    Parameters
+    ----------
+    temporal_variance
+        Mean over the pixels of the variance of one pixel over frames, quantization included [DN^2].
+    quantization_step
+        Distance of two codes q [DN].
+    spatial_spread_dn
+        Standard deviation over the pixels of their levels, free of temporal noise (DSNU); it decides whether the
+        levels cover all phases of a code [DN].
+
+    Returns
+    -------
+    ReadNoise
+        Where the phase matters but noise above 0.35 q keeps its effect small, the standard error includes it.
+
+    """
+    noise = unrounded_noise(temporal_variance.value, step=quantization_step)
+    covered = spatial_spread_dn >= COVERING_SPREAD * quantization_step
+    if noise < MEASURABLE * quantization_step and not covered:
+        return _over_unknown_phase(temporal_variance, noise, quantization_step, max(spatial_spread_dn, 0.0))
+    if noise >= 0.5 * quantization_step:
+        value, slope = temporal_variance.value - quantization_variance(quantization_step), 1.0
+    else:
+        value = noise**2
+        slope = rounded_variance_slope(max(noise, 1e-6 * quantization_step), step=quantization_step)
+    phase = 0.0 if covered else phase_effect(noise, step=quantization_step, spread=max(spatial_spread_dn, 0.0))
+    std_error = math.hypot(temporal_variance.std_error or 0.0, phase / math.sqrt(2.0)) / slope
+    variance = Measured.student(value, std_error, temporal_variance.dof, DN2)
+    return ReadNoise(noise=square_root(variance, DN), variance=variance, quantization_limited=False)
+
+
+def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
+    """Invert the rounding law averaged over all phases (METHOD 3.3).
+
+    Parameters
+    ----------
+    variance_dn2
+        Temporal variance of rounded codes [DN^2].
+    step
+        Distance of two codes q [DN].
+
+    Returns
+    -------
+    float
+        Noise before rounding [DN]; zero for a variance at or below zero.
+
+    Examples
+    --------
+    >>> round(unrounded_noise(rounded_variance(0.2)), 9)
+    0.2
+
+    """
+    if variance_dn2 <= 0.0:
+        return 0.0
+    above = math.sqrt(variance_dn2) + step
+
+    def surplus(noise: float) -> float:
+        return rounded_variance(noise, step=step) - variance_dn2
+
+    return root_between(surplus, 0.0, above)
+
+
+def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> float:
+    """Return how far one unknown phase moves the variance at most from its mean over phases [DN^2]."""
+    extremes = rounded_variance_at_phase(
+        np.full(2, max(noise, 1e-3 * step)), np.array([0.0, 0.5 * step]), spread=spread, step=step
+    )
+    return float(np.abs(extremes - rounded_variance(noise, step=step)).max())
+
+
+def _over_unknown_phase(variance: Measured, noise: float, step: float, spread: float) -> ReadNoise:
+    """Return every noise that some phase reconciles with the variance; its error is that of a uniform law."""
+    slack = 2.0 * (variance.std_error or 0.0)
+    candidates = step * np.linspace(0.005, 1.0, 200)
+    phases = step * np.linspace(0.0, 0.5, 9)
+    expected = rounded_variance_at_phase(candidates[:, None], phases[None, :], spread=spread, step=step)
+    possible = (expected.min(axis=1) <= variance.value + slack) & (expected.max(axis=1) >= variance.value - slack)
+    reach = candidates[possible] if possible.any() else np.array([0.0, noise])
+    low = 0.0 if reach[0] == candidates[0] else min(float(reach[0]), noise)
+    high = max(float(reach[-1]), noise)
+    std_error = (high - low) / math.sqrt(12.0)
+    return ReadNoise(
+        noise=Measured.interval(noise, std_error, (low, high), DN),
+        variance=Measured.interval(noise**2, (high**2 - low**2) / math.sqrt(12.0), (low**2, high**2), DN2),
+        quantization_limited=True,
+    )
+
+
+def excess_ratio(scatter_dn4: float, temporal_variance_dn2: float, *, frames: int, pixels: int) -> Measured:
+    """Return how much more the per-pixel variances scatter than Gaussian noise would make them (METHOD 3.6).
+
+    Parameters
+    ----------
+    scatter_dn4
+        Variance over pixels of the per-pixel variance [DN^4].
+    temporal_variance_dn2
+        Mean over pixels of the per-pixel variance [DN^2].
+    frames, pixels
+        L and n.
+
+    Returns
+    -------
+    Measured
+        1 for Gaussian noise; the error is what Gaussian noise leaves [1].
+
+    """
+    dof = frames - 1
+    ratio = scatter_dn4 / (2.0 * temporal_variance_dn2**2 / dof) if temporal_variance_dn2 > 0.0 else 1.0
+    return Measured.normal(ratio, math.sqrt((2.0 + 12.0 / dof) / pixels), ONE)

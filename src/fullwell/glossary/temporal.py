@@ -59,7 +59,7 @@ READ_NOISE: Final = (
         signed_twin=True,
     ),
     Quantity(
-        name="read_noise_pre_amplifier",
+        name="read_noise_pre",
         title="Read noise before the amplifier",
         symbol="σ_pre",
         units=("DN", "e-"),
@@ -69,7 +69,7 @@ READ_NOISE: Final = (
         signed_twin=True,
     ),
     Quantity(
-        name="read_noise_post_amplifier",
+        name="read_noise_post",
         title="Read noise after the amplifier",
         symbol="σ_post",
         units=("DN",),

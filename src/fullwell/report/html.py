@@ -1,9 +1,115 @@
-"""The report."""
+"""The report: one self-contained page, findings first, every figure explained."""
 
-from fullwell.figures.results import Results
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import jinja2
+from markupsafe import Markup
+
+from fullwell import glossary
+from fullwell.figures.results import Results, Row
+from fullwell.findings import Finding, Severity
+from fullwell.report.comparison import comparisons
+from fullwell.report.document import citations
+from fullwell.report.inventory import run_date, run_facts, take_inventory
+from fullwell.report.numbers import MISSING, show, show_exposure, show_interval, show_plain, show_unit
 from fullwell.report.pictures import Pictures
+from fullwell.report.pivots import describe_flag, recommended, title_of
+from fullwell.report.sections import build_sections, isos_of
+from fullwell.report.summary import summarize
+
+MOST_ROWS: Final = 4000
+_ORDER: Final = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
 def report_html(results: Results, pictures: Pictures | None) -> str:
-    """Return the report as one self-contained page."""
-    return f"<!doctype html><title>Fullwell</title><p>{len(results.rows)} {pictures is None}"
+    """Return the report as one page that needs nothing from the network.
+
+    Parameters
+    ----------
+    results
+        Everything the run found.
+    pictures
+        Arrays shown as pictures; None for a report without them.
+
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("fullwell.report"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["unit"] = show_unit
+    environment.filters["flag"] = describe_flag
+    shown = _shown(results.rows)
+    quotable = recommended(results.rows)
+    return environment.get_template("report.html").render(
+        css=_verbatim(environment, "report.css"),
+        script=_verbatim(environment, "report.js"),
+        inventory=take_inventory(results),
+        date=run_date(results),
+        run=run_facts(results),
+        isos=[f"{iso:g}" for iso in isos_of(results.rows)],
+        channels=list(dict.fromkeys(row.channel for row in quotable if row.channel != "all")),
+        findings=_findings(results.findings),
+        counts=[(severity.value, _count(results.findings, severity)) for severity in _ORDER],
+        summary=summarize(quotable),
+        sections=build_sections(results, pictures),
+        comparisons=comparisons(results.rows),
+        rows=[_row(row) for row in shown],
+        rows_omitted=len(results.rows) - len(shown),
+        quantities=_quantities(results.rows),
+        methods=[entry for entry in glossary.METHODS if any(row.method == entry.name for row in results.rows)],
+        flags=[entry for entry in glossary.FLAGS if any(entry.name in row.flags for row in results.rows)],
+        citations=citations(results),
+    )
+
+
+def _verbatim(environment: jinja2.Environment, name: str) -> Markup:
+    """Return a style sheet or script as it stands: it is ours, nothing in it comes from the data."""
+    return Markup(environment.get_template(name).render())  # noqa: S704 - a constant of the package
+
+
+def _findings(findings: Sequence[Finding]) -> list[Finding]:
+    return sorted(findings, key=lambda finding: _ORDER.index(finding.severity))
+
+
+def _count(findings: Sequence[Finding], severity: Severity) -> int:
+    return sum(finding.severity is severity for finding in findings)
+
+
+def _quantities(rows: Sequence[Row]) -> list[glossary.Quantity]:
+    """Return the definitions of what the rows hold, in the order of the glossary, variances left to their roots."""
+    present = {row.quantity.removesuffix("_variance") for row in rows} | {row.quantity for row in rows}
+    return [entry for entry in glossary.QUANTITIES if entry.name in present]
+
+
+def _shown(rows: Sequence[Row]) -> Sequence[Row]:
+    """Return the rows the page has room for: those of the whole plane before those of tiles and patches."""
+    if len(rows) <= MOST_ROWS:
+        return rows
+    whole = [row for row in rows if row.region is None]
+    return whole[:MOST_ROWS]
+
+
+def _row(row: Row) -> dict[str, object]:
+    return {
+        "quantity": row.quantity,
+        "title": title_of(row.quantity),
+        "root": row.quantity.removesuffix("_variance"),
+        "channel": row.channel,
+        "method": row.method,
+        "value": show(row.measured, row.flags),
+        "sort": row.measured.value if math.isfinite(row.measured.value) else "",
+        "unit": show_unit(row.measured.unit) or "1",
+        "interval": show_interval(row.measured),
+        "iso": MISSING if row.iso is None else f"{row.iso:g}",
+        "exposure": show_exposure(row.exposure_s),
+        "region": row.region or "",
+        "threshold": "" if row.snr_threshold is None else f"{row.snr_threshold:g}",
+        "n": show_plain(None if row.n is None else float(row.n)),
+        "flags": row.flags,
+        "source": row.source,
+    }

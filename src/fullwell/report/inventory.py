@@ -1,0 +1,134 @@
+"""What was read, as the report shows it: the title, a few facts, files, exclusions, settings."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, cast
+
+from fullwell.figures.results import Results
+from fullwell.report.document import Plain, plain
+from fullwell.report.numbers import MISSING, show_plain
+
+MOST_LINES: Final = 2000
+_HASH_DIGITS: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Listing:
+    """A list of like things as a table."""
+
+    name: str
+    head: tuple[str, ...]
+    lines: tuple[tuple[str, ...], ...]
+    omitted: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inventory:
+    """What was read and how.
+
+    Parameters
+    ----------
+    camera, study
+        Names for the title; empty where unknown.
+    facts
+        Label and text.
+    listings
+        Files, exclusions and other lists.
+
+    """
+
+    camera: str
+    study: str
+    facts: tuple[tuple[str, str], ...]
+    listings: tuple[Listing, ...]
+
+
+def take_inventory(results: Results) -> Inventory:
+    """Return what ``results.study`` holds, whatever its keys, in a form to print."""
+    study = cast("dict[str, Plain]", plain(results.study))
+    facts: list[tuple[str, str]] = []
+    listings: list[Listing] = []
+    for name, value in study.items():
+        if _is_listing(value):
+            listings.append(_listing(name, cast("list[dict[str, Plain]]", value)))
+        else:
+            facts += _facts(_words(name), value)
+    return Inventory(
+        camera=_camera(study),
+        study=_first_text(study, ("name", "study", "root", "path", "folder")),
+        facts=tuple(facts),
+        listings=tuple(listings),
+    )
+
+
+def run_facts(results: Results) -> tuple[tuple[str, str], ...]:
+    """Return what may differ between two runs: version, time, host, duration ..."""
+    return tuple(fact for name, value in results.run.items() for fact in _facts(_words(name), plain(value)))
+
+
+def run_date(results: Results) -> str:
+    """Return when the run was, as it says itself; empty where it does not."""
+    return _first_text(cast("dict[str, Plain]", plain(results.run)), ("time", "date", "started", "finished"))
+
+
+def _camera(study: Mapping[str, Plain]) -> str:
+    camera = study.get("camera")
+    if isinstance(camera, str):
+        return camera
+    known = camera if isinstance(camera, dict) else study
+    make_and_model = " ".join(text for key in ("make", "model") if isinstance(text := known.get(key), str) and text)
+    return (_first_text(known, ("name",)) if known is camera else "") or make_and_model
+
+
+def _first_text(mapping: Mapping[str, Plain], keys: Sequence[str]) -> str:
+    for key in keys:
+        if isinstance(value := mapping.get(key), str) and value:
+            return value
+    return ""
+
+
+def _is_listing(value: Plain) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
+
+
+def _listing(name: str, items: Sequence[dict[str, Plain]]) -> Listing:
+    keys = tuple(dict.fromkeys(key for item in items for key in item))
+    filled = tuple(key for key in keys if any(item.get(key) not in (None, "", []) for item in items))
+    lines = tuple(tuple(_text(item.get(key), key) for key in filled) for item in items[:MOST_LINES])
+    return Listing(
+        name=_words(name),
+        head=tuple(_words(key) for key in filled),
+        lines=lines,
+        omitted=max(len(items) - MOST_LINES, 0),
+    )
+
+
+def _facts(name: str, value: Plain) -> list[tuple[str, str]]:
+    """Return a value as facts; a mapping gives one fact per entry."""
+    if isinstance(value, dict):
+        return [fact for key, item in value.items() for fact in _facts(f"{name}: {_words(key)}", item)]
+    return [] if value in (None, "", []) else [(name, _text(value, name))]
+
+
+def _text(value: Plain, name: str) -> str:
+    if value is None:
+        return MISSING
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (int, float)):
+        return str(value) if isinstance(value, int) else show_plain(value)
+    if isinstance(value, list):
+        return ", ".join(_text(item, name) for item in value)
+    if isinstance(value, dict):
+        return "; ".join(f"{_words(key)} {_text(item, key)}" for key, item in value.items())
+    return f"{value[:_HASH_DIGITS]}…" if "hash" in name.lower() and len(value) > _HASH_DIGITS else value
+
+
+def _words(key: str) -> str:
+    """Return a key as words: ``exposure_s`` becomes ``Exposure [s]``."""
+    stem, _, unit = key.rpartition("_")
+    units = {"s": "s", "c": "°C", "um": "µm", "mm": "mm", "v": "V", "dn": "DN"}
+    text = f"{stem} [{units[unit]}]" if stem and unit in units else key
+    text = text.replace("_", " ")
+    text = text[:1].upper() + text[1:]
+    return {"Iso": "ISO", "Cfa": "CFA", "Isos": "ISOs"}.get(text, text)

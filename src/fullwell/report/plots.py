@@ -1,0 +1,212 @@
+"""The look of every picture: colours, type, canvases, and how a picture becomes part of a page.
+
+Draw inside `style`, on a canvas from `canvas`, with `color_of` and `marker_of` for channels; finish with
+`vector_picture` (lines and points) or `pixel_picture` (images).
+"""
+
+import base64
+import io
+import math
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Final, Literal, TypeAlias
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+from numpy.typing import NDArray
+from PIL import Image
+
+from fullwell.report.curves import channel_rank
+from fullwell.report.numbers import show_iso
+
+WIDTH_IN: Final = 9.2
+INK: Final = "#1f2933"
+QUIET: Final = "#7b8794"
+PAPER: Final = "#ffffff"
+DENSE: Final = 600
+"""Points from which on a scatter is drawn as pixels inside the vector picture."""
+
+LineStyle: TypeAlias = Literal["-", "--", ":", "none"]
+
+_COLORS: Final = (
+    ("R", "#d1432f"),
+    ("G1", "#00875f"),
+    ("G2", "#93b52b"),
+    ("B", "#1f6fc4"),
+    ("mono", "#334155"),
+    ("G", "#00875f"),
+    ("all", "#6d4aa8"),
+)
+_MARKERS: Final = (("R", "s"), ("G1", "o"), ("G2", "D"), ("B", "^"), ("mono", "o"), ("G", "o"), ("all", "P"))
+_STYLE: Final[dict[Any, Any]] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#b8c2cc",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#e6eaee",
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": "#52606d",
+    "ytick.color": "#52606d",
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.0,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "figure.facecolor": PAPER,
+    "figure.constrained_layout.use": True,
+    "svg.hashsalt": "fullwell",
+    "svg.fonttype": "path",
+    "mathtext.fontset": "dejavusans",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Picture:
+    """A picture ready for the page: its data URI, what it shows in words, and what is to be seen in it."""
+
+    uri: str
+    alt: str
+    caption: str
+
+
+@contextmanager
+def style() -> Generator[None]:
+    """Draw and save pictures inside this."""
+    with mpl.rc_context(_STYLE):
+        yield
+
+
+def canvas(rows: int, columns: int, *, height_in: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure as wide as the page and its axes, row by row."""
+    figure = Figure(figsize=(WIDTH_IN, height_in))
+    axes = figure.subplots(rows, columns, squeeze=False)
+    return figure, [one for line in axes for one in line]
+
+
+def grid_of(count: int, *, panel_height_in: float, most_columns: int = 3) -> tuple[Figure, list[Axes]]:
+    """Return a figure with ``count`` panels; what is left over of the last row stays empty."""
+    columns = min(count, most_columns)
+    rows = math.ceil(count / columns)
+    figure, axes = canvas(rows, columns, height_in=panel_height_in * rows + 0.35)
+    for spare in axes[count:]:
+        spare.set_visible(False)
+    return figure, axes[:count]
+
+
+def color_of(channel: str) -> str:
+    """Return the colour of a channel, told apart also by those who see no red or green."""
+    return dict(_COLORS).get(channel, INK)
+
+
+def marker_of(channel: str) -> str:
+    """Return the marker of a channel: no two channels rest on colour alone."""
+    return dict(_MARKERS).get(channel, "o")
+
+
+def channel_legend(figure: Figure, channels: Iterable[str], extra: Sequence[Line2D] = ()) -> None:
+    """Name the channels, and what else is drawn, once above all panels."""
+    names = sorted(set(channels), key=channel_rank)
+    keys = [Line2D([], [], color=color_of(name), marker=marker_of(name), linestyle="", label=name) for name in names]
+    keys += extra
+    if len(keys) > 1:
+        figure.legend(handles=keys, loc="outside upper right", ncols=len(keys), handletextpad=0.4, columnspacing=1.4)
+
+
+def key(label: str, *, color: str = INK, linestyle: LineStyle = "-", marker: str = "") -> Line2D:
+    """Return an entry for the legend."""
+    return Line2D([], [], color=color, linestyle=linestyle, marker=marker, label=label, markerfacecolor="none")
+
+
+def iso_axis(axes: Axes, isos: Iterable[float]) -> None:
+    """Make the abscissa the ISO: logarithmic, one tick per ISO measured, labels that do not touch."""
+    known = sorted({iso for iso in isos if math.isfinite(iso)})
+    axes.set_xlabel("ISO")
+    if not known or known[0] <= 0.0:
+        return
+    axes.set_xscale("log", base=2)
+    axes.xaxis.set_major_locator(NullLocator())
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlim(known[0] / 1.25, known[-1] * 1.25)
+    axes.set_xticks(_spaced(known), [f"{iso:g}" for iso in _spaced(known)])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _spaced(isos: Sequence[float]) -> list[float]:
+    """Return the ISOs that can be labelled without touching: the ends, and what lies far enough between."""
+    apart = max(0.09 * math.log2(isos[-1] / isos[0]), 1e-9)
+    kept = [isos[0]]
+    kept += [iso for iso in isos[1:-1] if _enough(iso, kept[-1], apart) and _enough(isos[-1], iso, apart)]
+    for iso in isos[1:-1]:
+        if iso not in kept and all(abs(math.log2(iso / other)) >= apart for other in (*kept, isos[-1])):
+            kept.append(iso)
+    return sorted({*kept, isos[-1]})
+
+
+def _enough(upper: float, lower: float, apart: float) -> bool:
+    return math.log2(upper / lower) >= apart
+
+
+def log_axis(axes: Axes, which: str) -> None:
+    """Make an axis logarithmic with plain numbers at few decades, never two labels in one place."""
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    axis.set_major_locator(LogLocator(numticks=7))
+    axis.set_major_formatter(FuncFormatter(_decade))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _decade(value: float, _position: int | None) -> str:
+    if 1e-3 <= value < 1e5:
+        return f"{value:g}" if value < 1e4 else f"{value:,.0f}".replace(",", "\N{THIN SPACE}")
+    return f"$10^{{{round(math.log10(value))}}}$" if value > 0.0 else "0"
+
+
+def finite_range(*arrays: NDArray[np.float64], positive: bool = False) -> tuple[float, float] | None:
+    """Return the smallest and largest finite (and, if asked for, positive) value, None where there is none."""
+    every = np.concatenate([np.ravel(array) for array in arrays]) if arrays else np.array([])
+    every = every[np.isfinite(every)]
+    every = every[every > 0.0] if positive else every
+    return (float(every.min()), float(every.max())) if every.size else None
+
+
+def iso_title(iso: float | str | None) -> str:
+    """Return the title of the panel of one ISO."""
+    return show_iso(iso if isinstance(iso, (int, float)) else None)
+
+
+def vector_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
+    """Return a drawing as SVG; dense scatters inside it are pixels."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    encoded = base64.b64encode(buffer.getvalue()).decode("ascii")
+    return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
+
+
+def pixel_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
+    """Return a drawing with images in it as PNG of few colours."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=190)
+    packed = io.BytesIO()
+    Image.open(buffer).convert("RGB").quantize(colors=96, dither=Image.Dither.NONE).save(
+        packed, format="PNG", optimize=True
+    )
+    encoded = base64.b64encode(packed.getvalue()).decode("ascii")
+    return Picture(uri=f"data:image/png;base64,{encoded}", alt=alt, caption=caption)

@@ -1,0 +1,95 @@
+"""Every figure against ISO: read noise split into what lies before and after the amplifier (METHOD 3.7)."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from fullwell.figures.results import Column, Curve, Row
+from fullwell.fit.amplification import fit_amplifier_noise
+from fullwell.frames.series import Study
+from fullwell.units import DN, DN2, ELECTRON, square_root
+from fullwell.workflow.measure.bursts import IsoBursts
+from fullwell.workflow.measure.section import RECOMMENDED, Section
+
+
+def measure_against_iso(study: Study, groups: Sequence[IsoBursts], rows: Iterable[Row]) -> Section:
+    """Fit read noise against amplification for every channel measured at three ISOs or more."""
+    recommended = [row for row in rows if RECOMMENDED in row.flags and row.iso is not None]
+    channels = dict.fromkeys(channel for group in groups for channel in group.channels)
+    return _joined(_channel(study, channel, recommended) for channel in channels)
+
+
+def _joined(sections: Iterable[Section]) -> Section:
+    every = tuple(sections)
+    return Section(
+        rows=tuple(row for section in every for row in section.rows),
+        curves=tuple(curve for section in every for curve in section.curves),
+    )
+
+
+def _of(rows: Iterable[Row], quantity: str, channel: str, unit: str) -> dict[float, Row]:
+    return {
+        row.iso: row
+        for row in rows
+        if row.iso is not None and (row.quantity, row.channel, row.measured.unit) == (quantity, channel, unit)
+    }
+
+
+def _channel(study: Study, channel: str, rows: Sequence[Row]) -> Section:
+    variances = _of(rows, "read_noise_variance", channel, DN2)
+    noises = _of(rows, "read_noise", channel, DN)
+    electrons = _of(rows, "read_noise", channel, ELECTRON)
+    isos = sorted(variances)
+    if len(isos) < 2:
+        return Section()
+    base = study.camera.base_iso or isos[0]
+    amplification = np.array(isos) / base
+    values = np.array([variances[iso].measured.value for iso in isos])
+    errors = np.array([variances[iso].measured.std_error or np.nan for iso in isos])
+    fitted: list[float | None] = [None] * len(isos)
+    split: list[Row] = []
+    if len(isos) >= 3 and bool(np.all(values > 0.0)) and bool(np.all(np.isfinite(errors))):
+        fit = fit_amplifier_noise(amplification, values, 2.0 * (values / errors) ** 2, quantization_step=0.0)
+        fitted = [
+            math.sqrt(max(fit.pre_variance.value * one**2 + fit.post_variance.value, 0.0)) for one in amplification
+        ]
+        flags = ("model-misfit",) if fit.misfit else ()
+        for quantity, variance in (("read_noise_pre", fit.pre_variance), ("read_noise_post", fit.post_variance)):
+            limit = ("upper-limit",) if variance.value <= 0.0 else ()
+            split.append(
+                Row(
+                    quantity=quantity,
+                    channel=channel,
+                    method="amplification-fit",
+                    measured=square_root(variance, DN),
+                    flags=tuple(sorted({RECOMMENDED, *flags, *limit})),
+                    source="METHOD 3.7",
+                )
+            )
+            split.append(
+                Row(
+                    quantity=f"{quantity}_variance",
+                    channel=channel,
+                    method="amplification-fit",
+                    measured=variance,
+                    flags=tuple(sorted({RECOMMENDED, *flags})),
+                    source="METHOD 3.7",
+                )
+            )
+    curve = Curve(
+        name="read_noise_iso",
+        columns=(
+            Column(name="iso", unit="1", values=tuple(isos)),
+            Column(name="channel", unit="", values=(channel,) * len(isos)),
+            Column(name="read_noise", unit=DN, values=tuple(noises[iso].measured.value for iso in isos)),
+            Column(name="std_error", unit=DN, values=tuple(noises[iso].measured.std_error for iso in isos)),
+            Column(name="fitted", unit=DN, values=tuple(fitted)),
+            Column(
+                name="read_noise_e",
+                unit=ELECTRON,
+                values=tuple(electrons[iso].measured.value if iso in electrons else None for iso in isos),
+            ),
+        ),
+    )
+    return Section(rows=tuple(split), curves=(curve,))

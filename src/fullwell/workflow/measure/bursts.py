@@ -1,0 +1,99 @@
+"""What the measurements read: the statistics of every series, grouped by ISO."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from fullwell.frames.series import Kind, Series, Study
+from fullwell.statistics.series import PlaneStatistics, SeriesStatistics
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Burst:
+    """One series and its statistics."""
+
+    series: Series
+    statistics: SeriesStatistics
+
+    @property
+    def kind(self) -> Kind:
+        """Return what the frames were taken for."""
+        return self.series.kind
+
+    @property
+    def exposure_s(self) -> float:
+        """Return the exposure, 0 where a bias series does not say [s]."""
+        return self.series.exposure_s or 0.0
+
+    @property
+    def frames(self) -> int:
+        """Return the number of frames that were used."""
+        return len(self.statistics.frames)
+
+    def plane(self, channel: str) -> PlaneStatistics:
+        """Return the statistics of one channel."""
+        return next(plane for plane in self.statistics.planes if plane.channel == channel)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IsoBursts:
+    """Every burst at one ISO, each group by ascending exposure."""
+
+    iso: float | None
+    temperature_c: float | None
+    channels: tuple[str, ...]
+    flats: tuple[Burst, ...]
+    darks: tuple[Burst, ...]
+    biases: tuple[Burst, ...]
+
+    @property
+    def unlit(self) -> tuple[Burst, ...]:
+        """Return the bias and dark bursts together, by ascending exposure."""
+        return tuple(sorted((*self.biases, *self.darks), key=lambda burst: burst.exposure_s))
+
+    @property
+    def label(self) -> str:
+        """Return the ISO as people write it."""
+        return "unknown ISO" if self.iso is None else f"ISO {self.iso:g}"
+
+
+def group_by_iso(
+    study: Study, statistics: Mapping[tuple[str, float, float], SeriesStatistics]
+) -> tuple[IsoBursts, ...]:
+    """Group the bursts that survived reduction by ISO, in ascending order.
+
+    Parameters
+    ----------
+    study
+        The experiment.
+    statistics
+        Statistics by the key of the series; series without usable frames are absent.
+
+    """
+    groups: list[IsoBursts] = []
+    for iso in study.isos:
+        bursts = {
+            kind: tuple(
+                Burst(series=series, statistics=statistics[series.key])
+                for series in study.select(kind, iso=iso)
+                if series.key in statistics
+            )
+            for kind in (Kind.FLAT, Kind.DARK, Kind.BIAS)
+        }
+        every = [burst for group in bursts.values() for burst in group]
+        if every:
+            groups.append(
+                IsoBursts(
+                    iso=iso,
+                    temperature_c=_mean_temperature(burst.series for burst in every),
+                    channels=tuple(plane.channel for plane in every[0].statistics.planes),
+                    flats=bursts[Kind.FLAT],
+                    darks=bursts[Kind.DARK],
+                    biases=bursts[Kind.BIAS],
+                )
+            )
+    return tuple(groups)
+
+
+def _mean_temperature(series: Iterable[Series]) -> float | None:
+    known = [one.temperature_c for one in series if one.temperature_c is not None]
+    return round(sum(known) / len(known), 1) if known else None

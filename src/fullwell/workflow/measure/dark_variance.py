@@ -1,0 +1,49 @@
+"""Dark current again, from the growth of the temporal variance: on-chip clamping cannot hide it (METHOD 4.3)."""
+
+from collections.abc import Mapping
+
+from fullwell.figures.results import Row
+from fullwell.findings import Finding, Severity
+from fullwell.fit.dark import fit_dark_variance_slope, slopes_disagree
+from fullwell.units import Measured
+from fullwell.workflow.measure.bursts import IsoBursts
+from fullwell.workflow.measure.levels import mean_dark_line
+from fullwell.workflow.measure.section import RowWriter, Section
+
+
+def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]) -> Section:
+    """Measure dark current from the variance slope where the system gain is known."""
+    unlit = [burst for burst in bursts.unlit if burst.frames > 1]
+    if len({burst.exposure_s for burst in unlit}) < 3:
+        return Section()
+    rows: list[Row] = []
+    apart: list[str] = []
+    for channel in bursts.channels:
+        if (gain := system_gain.get(channel)) is None:
+            continue
+        planes = [burst.plane(channel) for burst in unlit]
+        slope = fit_dark_variance_slope(
+            [burst.exposure_s for burst in unlit],
+            [plane.temporal_variance for plane in planes],
+            [float(plane.n * (plane.frames - 1)) for plane in planes],
+            system_gain=gain,
+        )
+        n = sum(plane.n * plane.frames for plane in planes)
+        write = RowWriter(bursts=bursts).row
+        rows += [
+            write("dark_current", channel, "variance-slope", slope.dn, source="METHOD 4.3", n=n),
+            write("dark_current", channel, "variance-slope", slope.electrons, source="METHOD 4.3", n=n),
+        ]
+        if slopes_disagree(mean_dark_line(unlit, (channel,)).slope, slope.dn):
+            apart.append(channel)
+    return Section(rows=tuple(rows), findings=_findings(bursts, apart))
+
+
+def _findings(bursts: IsoBursts, apart: list[str]) -> tuple[Finding, ...]:
+    if not apart:
+        return ()
+    message = (
+        f"dark current of {', '.join(apart)} at {bursts.label} differs between the mean and the variance of the dark "
+        "frames by more than three standard errors: an on-chip black clamp hides the mean, or noise grows with time"
+    )
+    return (Finding(code="dark-current-disagrees", severity=Severity.WARNING, message=message),)

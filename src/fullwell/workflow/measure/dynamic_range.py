@@ -1,0 +1,188 @@
+"""Saturation capacity, signal-to-noise ratio and dynamic range per ISO, from the flats alone (METHOD 7)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.figures.conversions import to_electrons
+from fullwell.figures.dynamic_range import dynamic_range
+from fullwell.figures.ratios import Ratio
+from fullwell.figures.results import Column, Curve, Row
+from fullwell.figures.saturation import SaturationLevel, plateau, temporal_variance_peak
+from fullwell.figures.snr import snr_curve, snr_maximum
+from fullwell.findings import Finding, Severity
+from fullwell.units import DN, ELECTRON, ONE
+from fullwell.workflow.measure.bursts import IsoBursts
+from fullwell.workflow.measure.levels import ChannelLevels
+from fullwell.workflow.measure.noise_coefficients import ChannelModel
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer
+from fullwell.workflow.measure.section import RowWriter, Section
+from fullwell.workflow.measure.transfer_points import TransferPoint
+
+SNR_THRESHOLDS = (1.0, 10.0)
+CURVE_POINTS = 48
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseModel:
+    """A, B, C of a single frame with their covariance, from the three-term model or else the straight line."""
+
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    dof: float | None
+
+
+def measure_range(
+    bursts: IsoBursts,
+    levels: Sequence[ChannelLevels],
+    transfers: Sequence[ChannelTransfer],
+    models: Sequence[ChannelModel],
+) -> Section:
+    """Measure saturation, SNR and dynamic range of every channel whose system gain and black level are known."""
+    rows: list[Row] = []
+    curves: list[Curve] = []
+    short: list[str] = []
+    for level, transfer in zip(levels, transfers, strict=True):
+        flats = _flats(bursts, transfer)
+        if level.black is None or transfer.system_gain is None or not flats:
+            continue
+        peak, top = _saturation(level, flats)
+        model = _noise_model(transfer, models)
+        rows += _saturation_rows(bursts, transfer, peak, top)
+        rows += _ratio_rows(bursts, transfer.channel, model, peak)
+        curves.append(_snr_curve(bursts, transfer, model, peak))
+        if "lower-bound" in peak.flags:
+            short.append(level.channel)
+    return Section(rows=tuple(rows), findings=_findings(bursts, short), curves=tuple(curves))
+
+
+def _flats(bursts: IsoBursts, transfer: ChannelTransfer) -> list[TransferPoint]:
+    points = [point for point in transfer.points if point.burst in bursts.flats and point.burst.frames > 1]
+    return sorted(points, key=lambda point: point.burst.exposure_s)
+
+
+def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[SaturationLevel, SaturationLevel | None]:
+    signal = np.array([point.plane_signal_dn for point in flats])
+    clipped = np.array([point.clipped_fraction for point in flats])
+    planes = [point.burst.plane(level.channel) for point in flats]
+    ceiling_dn = None if level.white_dn is None else level.white_dn - level.black_dn
+    peak = temporal_variance_peak(
+        signal, np.array([plane.temporal_variance for plane in planes]), clipped, ceiling_dn=ceiling_dn
+    )
+    errors = np.array([plane.frame_means.std(ddof=1) / math.sqrt(plane.frames) for plane in planes])
+    return peak, plateau(signal, clipped, errors) if len(flats) > 1 else None
+
+
+def _noise_model(transfer: ChannelTransfer, models: Sequence[ChannelModel]) -> NoiseModel:
+    for model in models:
+        if model.channel == transfer.channel:
+            return NoiseModel(coefficients=model.coefficients, covariance=model.covariance, dof=model.dof)
+    if transfer.fit is None:
+        raise ValueError("a noise model needs a photon-transfer fit")
+    coefficients, covariance = transfer.fit.single_frame()
+    return NoiseModel(coefficients=coefficients, covariance=covariance, dof=transfer.fit.dof)
+
+
+def _saturation_rows(
+    bursts: IsoBursts, transfer: ChannelTransfer, peak: SaturationLevel, top: SaturationLevel | None
+) -> tuple[Row, ...]:
+    gain = transfer.system_gain
+    if gain is None:
+        return ()
+    write = RowWriter(bursts=bursts).row
+    rows: list[Row] = []
+    for method, found, source in (("temporal-variance-peak", peak, "METHOD 7 (a)"), ("plateau", top, "METHOD 7 (b)")):
+        if found is None:
+            continue
+        recommended = method == "temporal-variance-peak"
+        rows += [
+            write(
+                "saturation_capacity",
+                transfer.channel,
+                method,
+                measured,
+                source=source,
+                flags=found.flags,
+                recommended=recommended,
+            )
+            for measured in (found.signal, to_electrons(found.signal, gain))
+        ]
+    return tuple(rows)
+
+
+def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: SaturationLevel) -> tuple[Row, ...]:
+    flags = tuple(flag for flag in peak.flags if flag == "lower-bound")
+    write = RowWriter(bursts=bursts).row
+    rows: list[Row] = []
+    try:
+        maximum = snr_maximum(model.coefficients, model.covariance, peak.signal, dof=model.dof)
+    except ValueError:
+        maximum = None
+    if maximum is not None:
+        for method, found in (("noise-model", maximum.total), ("shot-only", maximum.shot_only)):
+            recommended = method == "noise-model"
+            rows += [
+                write("snr_max", channel, method, measured, source="METHOD 7", flags=flags, recommended=recommended)
+                for measured in (found.decibel, found.plain)
+            ]
+    for threshold in SNR_THRESHOLDS:
+        found = _range(model, peak, threshold)
+        if found is not None:
+            rows += [
+                write(
+                    "dynamic_range",
+                    channel,
+                    "noise-model",
+                    measured,
+                    source="METHOD 7",
+                    snr_threshold=threshold,
+                    flags=flags,
+                    recommended=True,
+                )
+                for measured in (found.decibel, found.stops, found.plain)
+            ]
+    return tuple(rows)
+
+
+def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio | None:
+    try:
+        return dynamic_range(model.coefficients, model.covariance, peak.signal, snr=threshold, dof=model.dof).range
+    except ValueError:
+        return None
+
+
+def _snr_curve(bursts: IsoBursts, transfer: ChannelTransfer, model: NoiseModel, peak: SaturationLevel) -> Curve:
+    gain = float(model.coefficients[1])
+    highest = max(peak.signal.value, max(point.plane_signal_dn for point in transfer.points))
+    grid = np.geomspace(min(0.3 * gain, 0.1 * highest), highest, CURVE_POINTS)
+    measured = [point for point in transfer.points if point.admitted and point.signal_dn > grid[0]]
+    signal = [*grid.tolist(), *(point.signal_dn for point in measured)]
+    snr = [
+        *snr_curve(grid, model.coefficients).tolist(),
+        *(point.signal_dn / math.sqrt(point.variance_dn2) for point in measured),
+    ]
+    kinds = ["model"] * len(grid) + ["measured"] * len(measured)
+    return Curve(
+        name="snr",
+        columns=(
+            Column(name="iso", unit=ONE, values=(bursts.iso,) * len(signal)),
+            Column(name="channel", unit="", values=(transfer.channel,) * len(signal)),
+            Column(name="signal", unit=DN, values=tuple(signal)),
+            Column(name="signal_e", unit=ELECTRON, values=tuple(one / gain for one in signal)),
+            Column(name="snr", unit=ONE, values=tuple(snr)),
+            Column(name="kind", unit="", values=tuple(kinds)),
+        ),
+    )
+
+
+def _findings(bursts: IsoBursts, short: Sequence[str]) -> tuple[Finding, ...]:
+    if not short:
+        return ()
+    message = (
+        f"the flats of {', '.join(short)} at {bursts.label} do not reach saturation: saturation capacity, maximum SNR "
+        "and dynamic range are lower bounds; add exposures until the frames clip"
+    )
+    return (Finding(code="saturation-not-reached", severity=Severity.WARNING, message=message),)

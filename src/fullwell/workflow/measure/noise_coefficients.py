@@ -1,0 +1,171 @@
+"""The noise model's k_dark, k_shot and k_fpn from temporal and spatial variances of the bursts together (METHOD 1.4)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.figures.results import Row
+from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
+from fullwell.fit.photon_transfer import BurstPhotonTransferFit, fit_burst_photon_transfer
+from fullwell.fit.pooling import pool_channels
+from fullwell.units import ONE, Measured, square_root
+from fullwell.workflow.measure.bursts import IsoBursts
+from fullwell.workflow.measure.levels import ChannelLevels
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer
+from fullwell.workflow.measure.section import RowWriter, Section
+from fullwell.workflow.measure.transfer_points import MAX_CLIPPED_FRACTION, TransferPoint, clipped_share
+
+METHOD = "gamma-likelihood"
+_NAMES = ("k_dark", "k_shot", "k_fpn")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelModel:
+    """The three-term noise model of one channel: single-frame coefficients A, B, C and their covariance."""
+
+    channel: str
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    dof: float | None
+    misfit: bool
+    n: int
+
+
+def measure_noise_coefficients(
+    bursts: IsoBursts, levels: Sequence[ChannelLevels], transfers: Sequence[ChannelTransfer]
+) -> tuple[Section, tuple[ChannelModel, ...]]:
+    """Fit the three-term noise model of every channel at one ISO."""
+    models: list[ChannelModel] = []
+    rows: list[Row] = []
+    fitted: list[NoiseCoefficientFit] = []
+    for level, transfer in zip(levels, transfers, strict=True):
+        if transfer.fit is None or level.white_dn is None or level.black is None:
+            continue
+        model = _model(level, transfer)
+        if model is None:
+            continue
+        ks = k_coefficients(
+            model.coefficients,
+            model.covariance,
+            digital_maximum=level.white_dn,
+            convention="white level",
+            dof=model.dof,
+        )
+        models.append(model)
+        fitted.append(ks)
+        rows += _rows(bursts, model, level, _variances(ks))
+    rows += _pooled(bursts, levels, models, fitted)
+    return Section(rows=tuple(rows)), tuple(models)
+
+
+def _model(level: ChannelLevels, transfer: ChannelTransfer) -> ChannelModel | None:
+    chosen = [point for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good]
+    tiles = [_tile_arrays(point, level) for point in chosen]
+    signal, temporal, temporal_dof, spatial, spatial_dof, pixels, frames = (
+        np.concatenate([one[part] for one in tiles]) for part in range(7)
+    )
+    if signal.size < 4:
+        return None
+    fit: BurstPhotonTransferFit = fit_burst_photon_transfer(
+        signal,
+        temporal,
+        temporal_dof,
+        spatial,
+        spatial_dof,
+        frames=frames,
+        n=pixels * frames,
+        pattern_pixels=float(chosen[-1].burst.plane(level.channel).n),
+    )
+    coefficients, covariance = fit.single_frame()
+    return ChannelModel(
+        channel=level.channel,
+        coefficients=coefficients,
+        covariance=covariance,
+        dof=fit.dof,
+        misfit=fit.misfit,
+        n=int((pixels * frames).sum()),
+    )
+
+
+def _tile_arrays(point: TransferPoint, level: ChannelLevels) -> tuple[NDArray[np.float64], ...]:
+    plane = point.burst.plane(level.channel)
+    tiles = plane.tiles
+    clipped = clipped_share(tiles, level.white_dn, plane.frames) > MAX_CLIPPED_FRACTION
+    chosen = ~clipped & (tiles.spatial_dof > 0) & (tiles.temporal_dof > 0)
+    return (
+        tiles.mean[chosen] - level.black_dn,
+        tiles.temporal_variance[chosen],
+        tiles.temporal_dof[chosen].astype(np.float64),
+        tiles.spatial_variance[chosen],
+        tiles.spatial_dof[chosen].astype(np.float64),
+        tiles.n[chosen].astype(np.float64),
+        np.full(int(chosen.sum()), float(plane.frames)),
+    )
+
+
+def _variances(ks: NoiseCoefficientFit) -> tuple[Measured, Measured, Measured]:
+    return (ks.k_dark_variance, ks.k_shot_variance, ks.k_fpn_variance)
+
+
+def _rows(
+    bursts: IsoBursts, model: ChannelModel, level: ChannelLevels, variances: Sequence[Measured]
+) -> tuple[Row, ...]:
+    flags = {"model-misfit"} if model.misfit else set[str]()
+    rows: list[Row] = []
+    write = RowWriter(bursts=bursts).row
+    for name, variance in zip(_NAMES, variances, strict=True):
+        own = {*flags, *({"offset-not-identified"} if name == "k_dark" and not level.black_identified else set[str]())}
+        limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
+        rows += [
+            write(
+                name,
+                model.channel,
+                METHOD,
+                square_root(variance, ONE),
+                source="METHOD 1.4",
+                n=model.n,
+                flags=own | limit,
+                recommended=True,
+            ),
+            write(
+                f"{name}_variance",
+                model.channel,
+                METHOD,
+                variance,
+                source="METHOD 1.4",
+                n=model.n,
+                flags=own,
+                recommended=True,
+            ),
+        ]
+    return tuple(rows)
+
+
+def _pooled(
+    bursts: IsoBursts,
+    levels: Sequence[ChannelLevels],
+    models: Sequence[ChannelModel],
+    fitted: Sequence[NoiseCoefficientFit],
+) -> tuple[Row, ...]:
+    """Return the channels' k's as one: the weighted mean of their variances, and a flag where they differ."""
+    if len(levels) < 2 or len(fitted) < len(levels):
+        return ()
+    pooled = [pool_channels(part) for part in zip(*(_variances(ks) for ks in fitted), strict=True)]
+    model = ChannelModel(
+        channel="all",
+        coefficients=models[0].coefficients,
+        covariance=models[0].covariance,
+        dof=None,
+        misfit=any(one.misfit for one in models),
+        n=sum(one.n for one in models),
+    )
+    level = min(levels, key=lambda one: one.black_identified)
+    rows = _rows(bursts, model, level, [measured for measured, _ in pooled])
+    differ = {name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < 0.01}
+    return tuple(_marked(row) if row.quantity.removesuffix("_variance") in differ else row for row in rows)
+
+
+def _marked(row: Row) -> Row:
+    return replace(row, flags=tuple(sorted({*row.flags, "channels-differ"})))

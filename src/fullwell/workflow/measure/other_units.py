@@ -1,0 +1,64 @@
+"""Rows in DN told again in electrons (where the system gain was measured) and volts (where a swing was given)."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from fullwell.figures.conversions import to_electrons, to_volts
+from fullwell.figures.results import Row
+from fullwell.units import DN, DN_PER_SECOND, Measured
+from fullwell.workflow.measure.levels import ChannelLevels
+from fullwell.workflow.measure.section import Section
+
+_IN_DN = {DN, DN_PER_SECOND}
+_INPUT_REFERRED = {
+    "read_noise",
+    "read_noise_variance",
+    "read_noise_row",
+    "read_noise_row_variance",
+    "read_noise_column",
+    "read_noise_column_variance",
+    "dark_current",
+}
+_IN_VOLTS = {"read_noise", "dark_current"}
+
+
+def rows_in_electrons(rows: Iterable[Row], system_gain: Mapping[str, Measured]) -> Section:
+    """Return the convertible rows in electrons.
+
+    Parameters
+    ----------
+    rows
+        Rows of one ISO in DN.
+    system_gain
+        K per channel, ``all`` included where it was pooled [DN/e-].
+
+    """
+    converted: list[Row] = []
+    for row in rows:
+        gain = system_gain.get(row.channel)
+        if gain is not None and row.quantity in _INPUT_REFERRED:
+            measured = to_electrons(row.measured, gain)
+            converted.append(replace(row, measured=measured, source=f"{row.source}; METHOD 0"))
+    return Section(rows=tuple(converted))
+
+
+def rows_in_volts(rows: Iterable[Row], levels: Iterable[ChannelLevels], swing_v: float | None) -> Section:
+    """Return read noise and dark current in volts: DN * swing / white level, labelled model-based."""
+    if swing_v is None:
+        return Section()
+    white = {level.channel: level.white_dn for level in levels if level.white_dn}
+    if white and len(set(white.values())) == 1:
+        white["all"] = next(iter(white.values()))
+    converted: list[Row] = []
+    for row in rows:
+        white_dn = white.get(row.channel)
+        if white_dn is not None and row.measured.unit in _IN_DN and row.quantity in _IN_VOLTS:
+            converted.append(
+                replace(
+                    row,
+                    measured=to_volts(row.measured, swing_v / white_dn),
+                    flags=tuple(sorted({*row.flags, "model-based"})),
+                    source=f"{row.source}; voltage swing",
+                )
+            )
+    return Section(rows=tuple(converted))

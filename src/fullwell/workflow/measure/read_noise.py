@@ -1,0 +1,219 @@
+"""Read noise, and its row and column parts, from the shortest unlit burst (METHOD 3)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fullwell.figures.results import Row
+from fullwell.findings import Finding, Severity
+from fullwell.fit.censored import fit_censored_normal, is_clipped_low
+from fullwell.fit.legacy import legacy_read_noise
+from fullwell.fit.read_noise import ReadNoise, analogue_read_noise
+from fullwell.fit.variance_components import temporal_variance, variance_components
+from fullwell.statistics.series import LegacyBurst, PlaneStatistics
+from fullwell.units import DN, DN2, Measured, square_root
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.section import RowWriter, Section
+
+READ_NOISE = "read_noise"
+ROW_AND_COLUMN = (("read_noise_row", "tv"), ("read_noise_column", "th"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelNoise:
+    """The recommended read noise of one channel, quantization removed.
+
+    Parameters
+    ----------
+    variance
+        Signed, [DN^2].
+    method, flags, source, n
+        As in its row.
+
+    """
+
+    channel: str
+    variance: Measured
+    method: str
+    flags: tuple[str, ...]
+    source: str
+    n: int
+
+
+def choose_burst(bursts: IsoBursts) -> Burst | None:
+    """Return the burst read noise is measured on: the shortest bias burst of two frames or more, else dark burst."""
+    for group in (bursts.biases, bursts.darks):
+        for burst in group:
+            if burst.frames > 1:
+                return burst
+    return None
+
+
+def measure_read_noise(bursts: IsoBursts) -> Section:
+    """Measure read noise, row and column noise of every channel at one ISO, in DN."""
+    burst = choose_burst(bursts)
+    if burst is None:
+        message = (
+            f"no two unlit frames of one exposure at {bursts.label}: read noise is not measured; "
+            "take a burst of at least 5 bias frames (shortest exposure, no light)"
+        )
+        return Section(findings=(Finding(code="no-bias-frames", severity=Severity.WARNING, message=message),))
+    noises: list[ChannelNoise] = []
+    rows: list[Row] = []
+    for plane in burst.statistics.planes:
+        noise = _channel_noise(plane)
+        noises.append(noise)
+        rows += noise_rows(bursts, noise)
+        if "black-clipped" not in noise.flags:
+            rows += _component_rows(bursts, plane)
+        rows += _legacy_rows(bursts, plane.channel, plane.legacy, noise.flags)
+    rows += _whole_mosaic_rows(bursts, burst, noises)
+    return Section(rows=tuple(rows), findings=_findings(bursts, noises))
+
+
+def _channel_noise(plane: PlaneStatistics) -> ChannelNoise:
+    histogram = plane.histogram
+    n = plane.n * plane.frames
+    if is_clipped_low(histogram.first_code, histogram.counts):
+        censored = fit_censored_normal(histogram.first_code, histogram.counts, clipped_low=True, clipped_high=False)
+        sigma, error = censored.noise.value, censored.noise.std_error or 0.0
+        variance = Measured.normal(sigma**2, 2.0 * sigma * error, DN2)
+        flags = ("black-clipped", "mixed")
+        return ChannelNoise(
+            channel=plane.channel,
+            variance=variance,
+            method="censored-likelihood",
+            flags=flags,
+            source="METHOD 3.4",
+            n=int(histogram.counts.sum()),
+        )
+    noise = _analogue(plane)
+    return ChannelNoise(
+        channel=plane.channel,
+        variance=noise.variance,
+        method="temporal-variance",
+        flags=noise.flags,
+        source="METHOD 3.1",
+        n=n,
+    )
+
+
+def _analogue(plane: PlaneStatistics) -> ReadNoise:
+    total = temporal_variance(
+        plane.mean_squares,
+        (plane.frames, plane.rows, plane.columns),
+        pixel_scatter_dn4=plane.temporal_variance_scatter,
+    )
+    fixed = plane.spatial_variance - plane.temporal_variance / plane.frames
+    return analogue_read_noise(total, spatial_spread_dn=math.sqrt(max(fixed, 0.0)))
+
+
+def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
+    """Return the read noise of one channel and its signed variance twin."""
+    write = RowWriter(bursts=bursts).row
+    flags = {*noise.flags, *({"upper-limit"} if noise.variance.value <= 0.0 else set[str]())}
+    return (
+        write(
+            READ_NOISE,
+            noise.channel,
+            noise.method,
+            square_root(noise.variance, DN),
+            source=noise.source,
+            n=noise.n,
+            flags=flags,
+            recommended=True,
+        ),
+        write(
+            "read_noise_variance",
+            noise.channel,
+            noise.method,
+            noise.variance,
+            source=noise.source,
+            n=noise.n,
+            flags=noise.flags,
+            recommended=True,
+        ),
+    )
+
+
+def _component_rows(bursts: IsoBursts, plane: PlaneStatistics) -> tuple[Row, ...]:
+    components = variance_components(plane.mean_squares, (plane.frames, plane.rows, plane.columns))
+    rows: list[Row] = []
+    write = RowWriter(bursts=bursts).row
+    n = plane.n * plane.frames
+    for quantity, part in ROW_AND_COLUMN:
+        variance = components.tv if part == "tv" else components.th
+        flags = ("upper-limit",) if variance.value <= 0.0 else ()
+        rows += [
+            write(
+                quantity,
+                plane.channel,
+                "anova",
+                square_root(variance, DN),
+                source="METHOD 3.5",
+                n=n,
+                flags=flags,
+                recommended=True,
+            ),
+            write(f"{quantity}_variance", plane.channel, "anova", variance, source="METHOD 3.5", n=n, recommended=True),
+        ]
+    return tuple(rows)
+
+
+def _legacy_rows(bursts: IsoBursts, channel: str, legacy: LegacyBurst | None, flags: Sequence[str]) -> tuple[Row, ...]:
+    if legacy is None:
+        return ()
+    write = RowWriter(bursts=bursts).row
+    n = legacy.n * legacy.frames
+    flows = legacy_read_noise(legacy)
+    own = tuple(flag for flag in flags if flag == "black-clipped")
+    return (
+        write(
+            READ_NOISE,
+            channel,
+            "legacy-pair-difference",
+            flows.pair_difference,
+            source="PIXEL4A flow 1",
+            n=n,
+            flags=own,
+        ),
+        write(
+            READ_NOISE,
+            channel,
+            "legacy-burst-mean",
+            flows.burst_mean,
+            source="PIXEL4A flow 2",
+            n=n,
+            flags=own,
+        ),
+    )
+
+
+def _whole_mosaic_rows(bursts: IsoBursts, burst: Burst, noises: Sequence[ChannelNoise]) -> tuple[Row, ...]:
+    """Return the sensor's read noise over all channels: the mean of the channels' variances."""
+    if len(noises) < 2:
+        return ()
+    share = 1.0 / len(noises)
+    value = share * sum(noise.variance.value for noise in noises)
+    error = share * math.sqrt(sum((noise.variance.std_error or 0.0) ** 2 for noise in noises))
+    pooled = ChannelNoise(
+        channel="all",
+        variance=Measured.normal(value, error, DN2),
+        method=noises[0].method,
+        flags=tuple(sorted({flag for noise in noises for flag in noise.flags})),
+        source=noises[0].source,
+        n=sum(noise.n for noise in noises),
+    )
+    return (*noise_rows(bursts, pooled), *_legacy_rows(bursts, "all", burst.statistics.legacy, pooled.flags))
+
+
+def _findings(bursts: IsoBursts, noises: Sequence[ChannelNoise]) -> tuple[Finding, ...]:
+    clipped = [noise.channel for noise in noises if "black-clipped" in noise.flags]
+    if not clipped:
+        return ()
+    message = (
+        f"dark frames of {', '.join(clipped)} at {bursts.label} are clipped at black: variances there are too "
+        "small, so read noise comes from the censored likelihood, which cannot tell it from fixed pattern; have the camera "
+        "keep a black offset"
+    )
+    return (Finding(code="black-clipped", severity=Severity.WARNING, message=message),)

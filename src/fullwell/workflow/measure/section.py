@@ -1,0 +1,81 @@
+"""What one measurement adds to the results, and how its rows are written."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from fullwell.figures.results import Curve, Row
+from fullwell.findings import Finding
+from fullwell.units import Measured
+from fullwell.workflow.measure.bursts import IsoBursts
+
+RECOMMENDED = "recommended"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """Rows, findings and curves of one measurement."""
+
+    rows: tuple[Row, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    curves: tuple[Curve, ...] = ()
+
+
+def joined(sections: Iterable[Section]) -> Section:
+    """Return the sections one after the other, curves of one name as one table."""
+    every = tuple(sections)
+    return Section(
+        rows=tuple(row for section in every for row in section.rows),
+        findings=tuple(finding for section in every for finding in section.findings),
+        curves=_merged(curve for section in every for curve in section.curves),
+    )
+
+
+def _merged(curves: Iterable[Curve]) -> tuple[Curve, ...]:
+    by_name: dict[str, Curve] = {}
+    for curve in curves:
+        if (known := by_name.get(curve.name)) is None:
+            by_name[curve.name] = curve
+        else:
+            columns = tuple(
+                replace(old, values=old.values + new.values)
+                for old, new in zip(known.columns, curve.columns, strict=True)
+            )
+            by_name[curve.name] = Curve(name=curve.name, columns=columns)
+    return tuple(by_name.values())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RowWriter:
+    """Writes rows that belong to one ISO."""
+
+    bursts: IsoBursts
+
+    def row(
+        self,
+        quantity: str,
+        channel: str,
+        method: str,
+        measured: Measured,
+        *,
+        source: str,
+        n: int | None = None,
+        exposure_s: float | None = None,
+        snr_threshold: float | None = None,
+        flags: Iterable[str] = (),
+        recommended: bool = False,
+    ) -> Row:
+        """Return one row; ``recommended`` adds the flag of that name."""
+        every = {*flags, RECOMMENDED} if recommended else set(flags)
+        return Row(
+            quantity=quantity,
+            channel=channel,
+            method=method,
+            measured=measured,
+            n=n,
+            iso=self.bursts.iso,
+            exposure_s=exposure_s,
+            temperature_c=self.bursts.temperature_c,
+            snr_threshold=snr_threshold,
+            flags=tuple(sorted(every)),
+            source=source,
+        )

@@ -1,0 +1,137 @@
+"""Do the frames keep still? Drift over a series, and exposures that do not follow the others."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from fullwell.figures.results import Column, Curve
+from fullwell.findings import Finding, Severity
+from fullwell.units import DN, PERCENT
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer
+from fullwell.workflow.measure.section import Section
+from fullwell.workflow.measure.transfer_points import TransferPoint
+
+DRIFT_SIGNIFICANCE = 1e-4
+SMALLEST_DEVIATION = 0.005
+
+
+def measure_steadiness(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> Section:
+    """Look for drift within every series, and for exposures off the line of the longer ones."""
+    every = (*bursts.unlit, *bursts.flats)
+    drifting = [burst for burst in every if any(_drifts(plane.frame_means) for plane in burst.statistics.planes)]
+    findings: list[Finding] = []
+    if drifting:
+        named = ", ".join(f"{burst.kind.value} {burst.exposure_s:g} s" for burst in drifting)
+        message = (
+            f"the frame means drift within a series at {bursts.label} ({named}): let camera and light settle before a "
+            "burst; temporal figures of these series leave uniform changes out"
+        )
+        findings.append(Finding(code="drift", severity=Severity.WARNING, message=message))
+    findings += _exposure_findings(bursts, transfers)
+    curves = [_frame_means(bursts, every)] if every else []
+    curves += [_response(bursts, transfer) for transfer in transfers if _lit(bursts, transfer)]
+    return Section(findings=tuple(findings), curves=tuple(curves))
+
+
+def _drifts(frame_means: NDArray[np.float64]) -> bool:
+    """Test the slope of frame means over the frame index, two-sided."""
+    count = len(frame_means)
+    if count < 4:
+        return False
+    index = np.arange(count) - (count - 1) / 2.0
+    slope = float((index * frame_means).sum() / (index**2).sum())
+    residual = frame_means - frame_means.mean() - slope * index
+    spread = math.sqrt(float((residual**2).sum()) / (count - 2) / float((index**2).sum()))
+    if spread == 0.0:
+        return slope != 0.0
+    return bool(2.0 * student.sf(abs(slope) / spread, count - 2) < DRIFT_SIGNIFICANCE)
+
+
+def _lit(bursts: IsoBursts, transfer: ChannelTransfer) -> list[TransferPoint]:
+    return [
+        point
+        for point in transfer.points
+        if point.burst in bursts.flats and point.burst.exposure_s > 0.0 and point.clipped_fraction == 0.0
+    ]
+
+
+def deviations(points: Sequence[TransferPoint]) -> list[tuple[float, float]]:
+    """Return how far each point lies off the proportion of signal to exposure, and one standard error of that.
+
+    The proportion is the median over the longer half of the exposures; the error is the scatter of frame means.
+    """
+    rates = [point.plane_signal_dn / point.burst.exposure_s for point in points]
+    longer = sorted(range(len(points)), key=lambda i: points[i].burst.exposure_s)[len(points) // 2 :]
+    reference = float(np.median([rates[i] for i in longer]))
+    found: list[tuple[float, float]] = []
+    for point, rate in zip(points, rates, strict=True):
+        means = point.burst.plane(point.channel).frame_means
+        error = float(means.std(ddof=1) / math.sqrt(len(means))) if len(means) > 1 else math.inf
+        found.append((rate / reference - 1.0, error / point.plane_signal_dn))
+    return found
+
+
+def _exposure_findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[Finding, ...]:
+    said: dict[float, float] = {}
+    for transfer in transfers:
+        points = [point for point in _lit(bursts, transfer) if point.plane_signal_dn > 0.0]
+        if len(points) < 3:
+            continue
+        for point, (deviation, error) in zip(points, deviations(points), strict=True):
+            if abs(deviation) > max(SMALLEST_DEVIATION, 4.0 * error):
+                worst = said.get(point.burst.exposure_s, 0.0)
+                said[point.burst.exposure_s] = max(deviation, worst, key=abs)
+    if not said:
+        return ()
+    named = ", ".join(f"{exposure_s:g} s {100.0 * deviation:+.1f} %" for exposure_s, deviation in sorted(said.items()))
+    message = (
+        f"signal is not proportional to exposure at {bursts.label}: {named} against the median of the longer half; "
+        "the exposure times, the light or the response are not what they seem there"
+    )
+    return (Finding(code="exposure-deviates", severity=Severity.WARNING, message=message),)
+
+
+def _frame_means(bursts: IsoBursts, every: Sequence[Burst]) -> Curve:
+    rows = [
+        (burst.kind.value, burst.exposure_s, plane.channel, index, float(mean))
+        for burst in every
+        for plane in burst.statistics.planes
+        for index, mean in enumerate(plane.frame_means)
+    ]
+    kinds, exposures, channels, indices, means = zip(*rows, strict=True)
+    return Curve(
+        name="frame_means",
+        columns=(
+            Column(name="kind", unit="", values=kinds),
+            Column(name="iso", unit="1", values=(bursts.iso,) * len(rows)),
+            Column(name="exposure_s", unit="s", values=exposures),
+            Column(name="channel", unit="", values=channels),
+            Column(name="frame", unit="1", values=indices),
+            Column(name="mean", unit=DN, values=means),
+        ),
+    )
+
+
+def _response(bursts: IsoBursts, transfer: ChannelTransfer) -> Curve:
+    points = _lit(bursts, transfer)
+    off = [deviation for deviation, _ in deviations(points)]
+    signals = tuple(point.plane_signal_dn for point in points)
+    return Curve(
+        name="exposure_response",
+        columns=(
+            Column(name="iso", unit="1", values=(bursts.iso,) * len(points)),
+            Column(name="channel", unit="", values=(transfer.channel,) * len(points)),
+            Column(name="exposure_s", unit="s", values=tuple(point.burst.exposure_s for point in points)),
+            Column(name="signal", unit=DN, values=signals),
+            Column(
+                name="fitted",
+                unit=DN,
+                values=tuple(signal / (1.0 + one) for signal, one in zip(signals, off, strict=True)),
+            ),
+            Column(name="deviation", unit=PERCENT, values=tuple(100.0 * one for one in off)),
+        ),
+    )

@@ -1,0 +1,119 @@
+"""Photon-transfer points: signal and temporal variance per burst and channel, from the tiles that are admitted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.fit.variance_components import variance_components
+from fullwell.statistics.series import PlaneStatistics, TileStatistics
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.levels import ChannelLevels
+
+MAX_CLIPPED_FRACTION = 1e-3  # METHOD 1.11: variance bias -0.19 % there
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransferPoint:
+    """One burst of one channel.
+
+    Parameters
+    ----------
+    signal_dn
+        Mean above black over the admitted tiles [DN].
+    variance_dn2
+        Temporal variance, quantization and read noise included, light flicker removed [DN^2]; NaN for one frame.
+    dof
+        Effective degrees of freedom, lowered where row and column noise correlate pixels (METHOD 1.8).
+    n
+        Pixel values behind the point.
+    clipped_fraction
+        Share of all pixel values of the plane on the white level.
+    admitted
+        Whether at least one tile is free of clipping and the variance is known.
+
+    """
+
+    burst: Burst
+    channel: str
+    signal_dn: float
+    plane_signal_dn: float
+    variance_dn2: float
+    dof: float
+    n: int
+    clipped_fraction: float
+    admitted: bool
+
+
+def clipped_share(tiles: TileStatistics, white_dn: float | None, frames: int) -> NDArray[np.float64]:
+    """Return per tile the share of pixel values on or above the white level, shape (tile rows, tile columns)."""
+    if white_dn is None:
+        return np.zeros(tiles.n.shape)
+    return np.where(tiles.highest >= white_dn, tiles.n_highest / (tiles.n * frames), 0.0)
+
+
+def transfer_point(burst: Burst, levels: ChannelLevels) -> TransferPoint:
+    """Pool the admitted tiles of one burst and channel."""
+    plane = burst.plane(levels.channel)
+    tiles = plane.tiles
+    clipped = clipped_share(tiles, levels.white_dn, plane.frames)
+    chosen = (clipped <= MAX_CLIPPED_FRACTION) & (tiles.temporal_dof > 0)
+    pixels = int(tiles.n[chosen].sum())
+    admitted = pixels > 0 and plane.frames > 1
+    weights = tiles.temporal_dof[chosen]
+    variance = float((weights * tiles.temporal_variance[chosen]).sum() / weights.sum()) if admitted else float("nan")
+    mean = float((tiles.n[chosen] * tiles.mean[chosen]).sum() / pixels) if pixels else plane.mean
+    return TransferPoint(
+        burst=burst,
+        channel=levels.channel,
+        signal_dn=mean - levels.black_dn,
+        plane_signal_dn=plane.mean - levels.black_dn,
+        variance_dn2=variance,
+        dof=float(weights.sum()) if admitted else 0.0,
+        n=pixels * plane.frames,
+        clipped_fraction=float((clipped * tiles.n).sum() / tiles.n.sum()),
+        admitted=admitted and variance > 0.0,
+    )
+
+
+def correlation_inflation(plane: PlaneStatistics, variance_dn2: float) -> float:
+    """Return how much row and column noise widen the scatter of a variance (METHOD 1.8).
+
+    Parameters
+    ----------
+    plane
+        The unlit plane the row and column components are taken from.
+    variance_dn2
+        Temporal variance of the point in question [DN^2].
+
+    """
+    parts = variance_components(plane.mean_squares, (plane.frames, plane.rows, plane.columns))
+    row_share = max(parts.tv.value, 0.0) / variance_dn2
+    column_share = max(parts.th.value, 0.0) / variance_dn2
+    return 1.0 + (plane.columns - 1) * row_share**2 + (plane.rows - 1) * column_share**2
+
+
+def unlit_for_transfer(bursts: IsoBursts) -> tuple[Burst, ...]:
+    """Return the unlit bursts that belong on the photon-transfer curve: no longer exposed than the longest flat."""
+    usable = [burst for burst in bursts.unlit if burst.frames > 1]
+    if not usable:
+        return ()
+    longest = max((burst.exposure_s for burst in bursts.flats), default=0.0)
+    fitting = [burst for burst in usable if burst.exposure_s <= longest * 1.005]
+    return tuple(fitting or usable[:1])
+
+
+def before_saturation(points: Sequence[TransferPoint]) -> list[bool]:
+    """Tell for each point, sorted by signal, whether it lies before the variance turns over.
+
+    A point is past the turn where its variance is more than five standard errors below that of a darker point.
+    """
+    kept: list[bool] = []
+    peak = -np.inf
+    for point in points:
+        error = point.variance_dn2 * np.sqrt(2.0 / point.dof) if point.dof > 0 else np.inf
+        kept.append(bool(point.admitted and point.variance_dn2 > peak - 5.0 * error))
+        if kept[-1]:
+            peak = max(peak, point.variance_dn2)
+    return kept

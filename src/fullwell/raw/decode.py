@@ -1,0 +1,183 @@
+"""The stored segments of a TIFF or DNG image become the visible mosaic, with no more copies than it takes.
+
+Uncompressed little-endian 16-bit strips that follow each other, without margins, are not copied at all.
+"""
+
+import sys
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
+from fullwell.raw.image import Area
+from fullwell.raw.segments import Layout
+from fullwell.raw.tags import Compression
+
+_NATIVE: Final = "<" if sys.byteorder == "little" else ">"
+
+
+def decode_segments(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16]:
+    """Return the visible mosaic of a stored image.
+
+    Parameters
+    ----------
+    layout
+        Where the segments lie.
+    data
+        The whole file.
+    area
+        Visible mosaic in raw coordinates.
+
+    Returns
+    -------
+    ndarray
+        Shape (area.bottom - area.top, area.right - area.left), C-contiguous; a read-only view of ``data`` where that
+        is possible. A LinearizationTable is applied [DN].
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-truncated`` or ``file-damaged``.
+    UnsuitableFileError
+        Where a segment turns out to be coded in a way that is not read.
+
+    """
+    view = _in_place(layout, data, area)
+    if view is not None:
+        return view
+    if layout.row_interleave > 1 or layout.column_interleave > 1:
+        whole = _assemble(layout, data, Area(0, 0, layout.height, layout.width))
+        ordered = _deinterleaved(whole, rows=layout.row_interleave, columns=layout.column_interleave)
+        return np.ascontiguousarray(ordered[area.top : area.bottom, area.left : area.right])
+    return _assemble(layout, data, area)
+
+
+def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
+    """Return the mosaic as a view of the file, or None where it must be copied."""
+    whole = area == Area(0, 0, layout.height, layout.width)
+    plain = layout.compression == Compression.NONE and layout.bits == 16 and not layout.table
+    interleaved = layout.row_interleave > 1 or layout.column_interleave > 1
+    if not (
+        whole and plain and not interleaved and layout.byte_order == _NATIVE and layout.segment_width == layout.width
+    ):
+        return None
+    strip_bytes = layout.row_bytes * layout.segment_height
+    start = layout.offsets[0]
+    if any(offset != start + index * strip_bytes for index, offset in enumerate(layout.offsets)):
+        return None
+    if len(data) < start + layout.row_bytes * layout.height:
+        raise _truncated()
+    pixels = np.frombuffer(data, dtype=np.uint16, count=layout.width * layout.height, offset=start)
+    return pixels.reshape(layout.height, layout.width) if pixels.flags.aligned else None
+
+
+def _assemble(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16]:
+    mosaic = np.empty((area.bottom - area.top, area.right - area.left), dtype=np.uint16)
+    table = _full_table(layout)
+    for segment in range(len(layout.offsets)):
+        top = segment // layout.across * layout.segment_height
+        left = segment % layout.across * layout.segment_width
+        first_row, first_column = max(top, area.top), max(left, area.left)
+        last_row = min(top + layout.rows(segment), layout.height, area.bottom)
+        last_column = min(left + layout.segment_width, layout.width, area.right)
+        if first_row >= last_row or first_column >= last_column:
+            continue
+        target = mosaic[first_row - area.top : last_row - area.top, first_column - area.left : last_column - area.left]
+        _fill(target, layout, data, segment, row=first_row - top, column=first_column - left)
+        if table is not None:
+            np.take(table, target, out=target, mode="clip")
+    return mosaic
+
+
+def _fill(target: NDArray[np.uint16], layout: Layout, data: memoryview, segment: int, *, row: int, column: int) -> None:
+    """Write a part of a segment, beginning at its row and column, into the mosaic."""
+    stored = _stored_bytes(layout, data, segment)
+    rows, columns = target.shape
+    if layout.compression == Compression.NONE and layout.bits not in {8, 16}:
+        from fullwell.kernels.unpacking import unpack_rows  # noqa: PLC0415 - loads the JIT when used
+
+        packed = np.frombuffer(stored, dtype=np.uint8)[row * layout.row_bytes :]
+        unpack_rows(packed, target, bits=layout.bits, row_bytes=layout.row_bytes, first_column=column)
+        return
+    block = _block(layout, stored, segment)
+    target[...] = block[row : row + rows, column : column + columns]
+
+
+def _stored_bytes(layout: Layout, data: memoryview, segment: int) -> memoryview:
+    offset = layout.offsets[segment]
+    uncompressed = layout.compression == Compression.NONE
+    count = layout.row_bytes * layout.rows(segment) if uncompressed else layout.counts[segment]
+    if offset + count > len(data):
+        raise _truncated()
+    return data[offset : offset + count].toreadonly()
+
+
+def _block(layout: Layout, stored: memoryview, segment: int) -> NDArray[np.integer]:
+    """Return a whole segment, shape (its rows, segment_width), any integer type."""
+    shape = (layout.rows(segment), layout.segment_width)
+    if layout.compression == Compression.JPEG:
+        from fullwell.raw.lossless_jpeg import decode_lossless  # noqa: PLC0415 - loads the JIT when used
+
+        return _exactly(decode_lossless(stored, samples=shape[0] * shape[1]), shape)
+    if layout.compression == Compression.NONE:
+        return _words(layout, stored, shape)
+    try:
+        return _decompressed(layout, stored, shape)
+    except RawFileError:
+        raise
+    except Exception as error:  # each codec fails in its own way, and all mean the same
+        raise UnreadableFileError(
+            "file-damaged", f"segment {segment} cannot be decompressed ({error}); copy the file again"
+        ) from error
+
+
+def _words(layout: Layout, stored: memoryview | bytes | bytearray, shape: tuple[int, int]) -> NDArray[np.integer]:
+    dtype = np.dtype(np.uint8) if layout.bits == 8 else np.dtype(np.uint16).newbyteorder(layout.byte_order)
+    return _exactly(np.frombuffer(stored, dtype=dtype), shape)
+
+
+def _decompressed(layout: Layout, stored: memoryview, shape: tuple[int, int]) -> NDArray[np.integer]:
+    import imagecodecs  # noqa: PLC0415 - loads when used
+
+    if layout.compression == Compression.JPEG_XL:
+        return _exactly(np.asarray(imagecodecs.jpegxl_decode(bytes(stored))), shape)
+    if layout.bits not in {8, 16}:
+        raise UnsuitableFileError("unsupported-compression", "compressed packed samples are not read")
+    size, coded = layout.row_bytes * shape[0], bytes(stored)
+    if layout.compression == Compression.LZW:
+        plain = imagecodecs.lzw_decode(coded, out=size)
+    elif layout.compression == Compression.PACKBITS:
+        plain = imagecodecs.packbits_decode(coded, out=size)
+    else:
+        plain = imagecodecs.zlib_decode(coded, out=size)
+    words = _words(layout, plain, shape)
+    if layout.predictor == 1:
+        return words
+    return np.cumsum(words, axis=1, dtype=np.uint8 if layout.bits == 8 else np.uint16)
+
+
+def _exactly(samples: NDArray[np.integer], shape: tuple[int, int]) -> NDArray[np.integer]:
+    """Return the first samples of a segment in its shape."""
+    needed = shape[0] * shape[1]
+    if samples.size < needed:
+        raise UnreadableFileError("file-damaged", f"a segment holds {samples.size} pixels of {needed}; copy it again")
+    return samples.reshape(-1)[:needed].reshape(shape)
+
+
+def _full_table(layout: Layout) -> NDArray[np.uint16] | None:
+    """Return the LinearizationTable; codes beyond its end take its last value (DNG 1.4, chapter 5)."""
+    return np.asarray(layout.table, dtype=np.uint16) if layout.table else None
+
+
+def _deinterleaved(stored: NDArray[np.uint16], *, rows: int, columns: int) -> NDArray[np.uint16]:
+    """Undo DNG row and column interleaving: the stored fields 0, 1, ... hold every ``rows``-th row from 0, 1, ..."""
+    row_order = np.concatenate([np.arange(field, stored.shape[0], rows) for field in range(rows)])
+    column_order = np.concatenate([np.arange(field, stored.shape[1], columns) for field in range(columns)])
+    ordered = np.empty_like(stored)
+    ordered[np.ix_(row_order, column_order)] = stored
+    return ordered
+
+
+def _truncated() -> UnreadableFileError:
+    return UnreadableFileError("file-truncated", "the file ends before its pixels do; copy it again")

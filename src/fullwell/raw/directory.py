@@ -1,0 +1,168 @@
+"""A TIFF file's directories as plain values: the door to tifffile's tag reader.
+
+Only the tags of `fullwell.raw.tags` are read, from the first directory, its SubIFDs and its EXIF directory.
+"""
+
+import logging
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fullwell.errors import UnreadableFileError
+from fullwell.raw.tags import Tag
+
+if TYPE_CHECKING:
+    from tifffile import TiffFile, TiffFrame, TiffPage, TiffTag
+
+_RATIONAL_TYPES: Final = (5, 10)
+_EXIF_NAMES: Final = (
+    ("ExposureTime", Tag.EXPOSURE_TIME),
+    ("ISOSpeedRatings", Tag.ISO_SPEED_RATINGS),
+    ("PhotographicSensitivity", Tag.ISO_SPEED_RATINGS),
+    ("StandardOutputSensitivity", Tag.STANDARD_OUTPUT_SENSITIVITY),
+    ("RecommendedExposureIndex", Tag.RECOMMENDED_EXPOSURE_INDEX),
+    ("ISOSpeed", Tag.ISO_SPEED),
+    ("Temperature", Tag.TEMPERATURE),
+)
+_RATIONAL_EXIF: Final = (Tag.EXPOSURE_TIME, Tag.TEMPERATURE)
+
+logging.getLogger("tifffile").addHandler(logging.NullHandler())  # damage becomes an exception, not a line on stderr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Directory:
+    """The tags of one image file directory: numbers as floats (rationals divided, n/0 is NaN), text as str."""
+
+    values: Mapping[Tag, tuple[float, ...] | str]
+
+    def __contains__(self, tag: Tag) -> bool:
+        """Return whether the directory has the tag."""
+        return tag in self.values
+
+    def numbers(self, tag: Tag) -> tuple[float, ...]:
+        """Return every value of a numeric tag; empty where it is absent or text."""
+        value = self.values.get(tag, ())
+        return () if isinstance(value, str) else value
+
+    def number(self, tag: Tag) -> float | None:
+        """Return the first value of a numeric tag; None where it is absent or not finite."""
+        values = self.numbers(tag)
+        return values[0] if values and math.isfinite(values[0]) else None
+
+    def integers(self, tag: Tag) -> tuple[int, ...]:
+        """Return every value of an integer tag; empty where it is absent or holds what is no integer."""
+        values = self.numbers(tag)
+        return tuple(int(value) for value in values) if all(math.isfinite(value) for value in values) else ()
+
+    def integer(self, tag: Tag, default: int) -> int:
+        """Return the first value of an integer tag, or what the specification says of its absence."""
+        values = self.integers(tag)
+        return values[0] if values else default
+
+    def text(self, tag: Tag) -> str | None:
+        """Return a text tag without blanks at its ends; None where it is absent or empty."""
+        value = self.values.get(tag)
+        return value.strip(" \0") or None if isinstance(value, str) else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Directories:
+    """What a TIFF file's directories say.
+
+    Parameters
+    ----------
+    byte_order
+        ``<`` or ``>``.
+    size
+        Bytes of the file.
+    first
+        The first directory.
+    subs
+        Its SubIFDs, in order.
+    exif
+        The EXIF directory; empty where there is none.
+
+    """
+
+    byte_order: str
+    size: int
+    first: Directory
+    subs: tuple[Directory, ...]
+    exif: Directory
+
+    def lookup(self, tag: Tag, image: Directory) -> Directory:
+        """Return the directory that holds a tag: the image's own, the first, or EXIF, in this order."""
+        for directory in (image, self.first):
+            if tag in directory:
+                return directory
+        return self.exif
+
+
+def read_directories(path: Path) -> Directories:
+    """Return the directories of a TIFF or DNG file.
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-damaged`` where the directories cannot be parsed.
+    OSError
+        Where the file cannot be read at all.
+
+    """
+    from tifffile import TiffFile  # noqa: PLC0415 - loads when used
+
+    try:
+        with TiffFile(path, _multifile=False) as tiff:
+            return _directories(tiff)
+    except OSError:
+        raise
+    except Exception as error:  # a damaged directory may fail anywhere inside tifffile, with any exception
+        raise UnreadableFileError(
+            "file-damaged", f"the TIFF directories are damaged ({type(error).__name__}); copy the file again"
+        ) from error
+
+
+def _directories(tiff: "TiffFile") -> Directories:
+    first = tiff.pages.first
+    subs = first.pages
+    return Directories(
+        byte_order=str(tiff.byteorder),
+        size=int(tiff.filehandle.size),
+        first=_directory(first),
+        subs=() if subs is None else tuple(_directory(page) for page in subs),
+        exif=_exif(first),
+    )
+
+
+def _directory(page: "TiffPage | TiffFrame") -> Directory:
+    values = {tag: _plain(page.tags[tag]) for tag in Tag if tag in page.tags and tag is not Tag.EXIF_IFD}
+    return Directory(values=values)
+
+
+def _exif(page: "TiffPage | TiffFrame") -> Directory:
+    raw = page.tags[Tag.EXIF_IFD].value if Tag.EXIF_IFD in page.tags else None
+    if not isinstance(raw, dict):
+        return Directory(values={})
+    named = {tag: _numbers(raw[name], rational=tag in _RATIONAL_EXIF) for name, tag in _EXIF_NAMES if name in raw}
+    return Directory(values=named)
+
+
+def _plain(tag: "TiffTag") -> tuple[float, ...] | str:
+    if isinstance(tag.value, str):
+        return tag.value
+    return _numbers(tag.value, rational=tag.dtype in _RATIONAL_TYPES)
+
+
+def _numbers(value: object, *, rational: bool) -> tuple[float, ...]:
+    if isinstance(value, bytes):
+        return tuple(float(byte) for byte in value)
+    flat = np.atleast_1d(np.asarray(value, dtype=np.float64)).ravel()
+    if not rational:
+        return tuple(flat.tolist())
+    numerator, denominator = flat[0::2], flat[1::2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return tuple(np.where(denominator == 0.0, np.nan, numerator / denominator).tolist())

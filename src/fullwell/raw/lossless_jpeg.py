@@ -1,0 +1,212 @@
+"""Lossless JPEG (ITU-T T.81, process 14) as DNG files use it: headers parsed and checked here, samples in a kernel.
+
+The JPEG's own width, height and components need not match the strip or tile; only the number of samples counts
+(DNG 1.4, "Compression"). Phones and Adobe write two interleaved components, so that like colours predict each other.
+"""
+
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.errors import UnreadableFileError, UnsuitableFileError
+
+_SOI, _EOI, _SOS, _DHT, _DRI = 0xD8, 0xD9, 0xDA, 0xC4, 0xDD
+_SOF_LOSSLESS: Final = 0xC3
+_SOF_DCT: Final = (0xC0, 0xC1, 0xC2)
+_SOF_OTHER: Final = (0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)
+_NO_PAYLOAD: Final = (0x01, *range(0xD0, 0xD9))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HuffmanTable:
+    """A Huffman table: how many codes of each length 1 to 16 there are, and the category of each code."""
+
+    counts: tuple[int, ...]
+    categories: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LosslessScan:
+    """Everything a decoder needs to know before the first coded bit.
+
+    Parameters
+    ----------
+    width, height
+        Samples per line and component, lines.
+    precision
+        Bits per sample.
+    predictor
+        1 to 7 (T.81, table H.1).
+    shift
+        Point transform: low bits that were dropped.
+    tables
+        Huffman table of each component, in scan order.
+    start
+        Position of the coded bits [byte].
+
+    """
+
+    width: int
+    height: int
+    precision: int
+    predictor: int
+    shift: int
+    tables: tuple[HuffmanTable, ...]
+    start: int
+
+    @property
+    def samples(self) -> int:
+        """Samples of all components."""
+        return self.width * self.height * len(self.tables)
+
+
+def is_dct(stream: bytes) -> bool:
+    """Return whether a JPEG stream (its first bytes suffice) is coded by cosine transform, that is, lossy."""
+    try:
+        return any(marker in _SOF_DCT for marker, _start, _stop in _markers(memoryview(stream)))
+    except UnreadableFileError:
+        return False
+
+
+def parse_scan(stream: memoryview) -> LosslessScan:
+    """Return the parameters of a lossless JPEG stream.
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-damaged`` where the markers make no sense.
+    UnsuitableFileError
+        ``lossy-compression`` for cosine-transform JPEG, ``unsupported-compression`` for restart intervals,
+        subsampled components or other processes than 14.
+
+    """
+    tables: dict[int, HuffmanTable] = {}
+    frame: bytes | None = None
+    for marker, start, stop in _markers(stream):
+        payload = bytes(stream[start:stop])
+        if marker in _SOF_DCT:
+            raise UnsuitableFileError(
+                "lossy-compression", "the raw image is lossy JPEG; lossy coding changes its noise"
+            )
+        if marker == _SOF_LOSSLESS:
+            frame = payload
+        elif marker in _SOF_OTHER:
+            raise UnsuitableFileError("unsupported-compression", f"JPEG process SOF{marker - 0xC0} is not read")
+        elif marker == _DHT:
+            tables |= _tables(payload)
+        elif marker == _DRI and payload != b"\0\0":
+            raise UnsuitableFileError("unsupported-compression", "lossless JPEG with restart intervals is not read")
+        elif marker == _SOS and frame is not None:
+            return _scan(frame, payload, tables=tables, start=stop)
+    raise _damaged("it has no scan")
+
+
+def _damaged(what: str) -> UnreadableFileError:
+    return UnreadableFileError("file-damaged", f"a lossless JPEG segment is damaged: {what}; copy the file again")
+
+
+def _markers(stream: memoryview) -> list[tuple[int, int, int]]:
+    """Return each marker up to the first scan with the start and stop of its payload."""
+    found: list[tuple[int, int, int]] = []
+    position = 2
+    if bytes(stream[:2]) != bytes((0xFF, _SOI)):
+        raise _damaged("it does not begin as JPEG does")
+    while position + 4 <= len(stream):
+        if stream[position] != 0xFF:
+            raise _damaged("a marker is missing")
+        marker = stream[position + 1]
+        if marker == 0xFF:
+            position += 1
+            continue
+        if marker in _NO_PAYLOAD or marker == _EOI:
+            raise _damaged("a marker stands where none may")
+        stop = position + 2 + struct.unpack_from(">H", stream, position + 2)[0]
+        if stop < position + 4 or stop > len(stream):
+            raise _damaged("a marker is longer than the segment")
+        found.append((marker, position + 4, stop))
+        if marker == _SOS:
+            break
+        position = stop
+    return found
+
+
+def _tables(payload: bytes) -> dict[int, HuffmanTable]:
+    tables: dict[int, HuffmanTable] = {}
+    position = 0
+    while position + 17 <= len(payload):
+        counts = tuple(payload[position + 1 : position + 17])
+        stop = position + 17 + sum(counts)
+        categories = tuple(payload[position + 17 : stop])
+        codes = sum(count << (16 - length) for length, count in enumerate(counts, start=1))
+        if len(categories) != sum(counts) or codes > 1 << 16 or any(category > 16 for category in categories):
+            raise _damaged("its Huffman table is impossible")
+        tables[payload[position] & 0x0F] = HuffmanTable(counts=counts, categories=categories)
+        position = stop
+    return tables
+
+
+def _scan(frame: bytes, payload: bytes, *, tables: dict[int, HuffmanTable], start: int) -> LosslessScan:
+    if len(frame) < 6 or len(frame) < 6 + 3 * frame[5] or not payload or len(payload) < 4 + 2 * payload[0]:
+        raise _damaged("its frame header is cut")
+    precision, height, width, components = struct.unpack_from(">BHHB", frame)
+    if not (2 <= precision <= 16 and height and width and 1 <= components <= 4):
+        raise _damaged("its frame header is impossible")
+    if any(frame[7 + 3 * index] != 0x11 for index in range(components)) or payload[0] != components:
+        raise UnsuitableFileError("unsupported-compression", "lossless JPEG with subsampled components is not read")
+    predictor, shift = payload[1 + 2 * components], payload[3 + 2 * components] & 0x0F
+    chosen = [payload[2 + 2 * index] >> 4 for index in range(components)]
+    if not 1 <= predictor <= 7 or shift >= precision or any(index not in tables for index in chosen):
+        raise _damaged("its scan header is impossible")
+    return LosslessScan(
+        width=width,
+        height=height,
+        precision=precision,
+        predictor=predictor,
+        shift=shift,
+        tables=tuple(tables[index] for index in chosen),
+        start=start,
+    )
+
+
+def decode_lossless(stream: memoryview, *, samples: int) -> NDArray[np.uint16]:
+    """Return the samples of a lossless JPEG segment in coded order, components interleaved.
+
+    Parameters
+    ----------
+    stream
+        The segment.
+    samples
+        Samples that are needed; the stream may hold more.
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-damaged`` where the stream ends early or makes no sense.
+    UnsuitableFileError
+        As `parse_scan`.
+
+    """
+    from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
+
+    scan = parse_scan(stream)
+    if scan.samples < samples:
+        raise _damaged(f"it holds {scan.samples} pixels of {samples}")
+    if scan.samples > 8 * len(stream):
+        raise _damaged("it is too short for its pixels")
+    outcome, decoded = kernel.decode_scan(
+        np.frombuffer(stream, dtype=np.uint8)[scan.start :],
+        kernel.decoding_tables(tuple((table.counts, table.categories) for table in scan.tables)),
+        width=scan.width,
+        height=scan.height,
+        start_value=1 << (scan.precision - scan.shift - 1),
+        predictor=scan.predictor,
+        shift=scan.shift,
+    )
+    if outcome == kernel.ENDED_EARLY:
+        raise _damaged("it ends early")
+    if outcome != kernel.COMPLETE:
+        raise _damaged("it holds an impossible code")
+    return decoded.reshape(-1)

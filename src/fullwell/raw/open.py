@@ -1,0 +1,128 @@
+"""The front door for raw files: what a file is decides who reads it, its name does not.
+
+Which function: `read_header` for what a file says about itself (fast, no pixels), `decode` for the mosaic from bytes
+that are already in memory, `read_raw` for both at once, `require_measurable` before noise is measured.
+"""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.errors import UnreadableFileError, UnsuitableFileError
+from fullwell.findings import Severity
+from fullwell.raw.decode import decode_segments
+from fullwell.raw.directory import read_directories
+from fullwell.raw.dng import read_dng_header
+from fullwell.raw.image import RawHeader, RawImage
+from fullwell.raw.png import SIGNATURE as PNG_SIGNATURE
+from fullwell.raw.png import decode_png, read_png_header
+from fullwell.raw.segments import Layout
+from fullwell.raw.tags import Tag
+from fullwell.raw.tiff import read_tiff_header
+
+_TIFF_SIGNATURES: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_JPEG_SIGNATURE: Final = b"\xff\xd8\xff"
+_HEAD_BYTES: Final = 64
+
+
+def read_header(path: Path) -> RawHeader:
+    """Return what a raw file says about itself, without its pixels.
+
+    A DNG that can be parsed but must not be measured has a header too, with the reason as a finding of severity
+    ``error``; see `require_measurable`.
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-missing``, ``file-unreadable``, ``not-a-raw-file``, ``file-truncated``, ``file-damaged``.
+    UnsuitableFileError
+        ``lossy-compression``, ``processed-rgb``, ``unsupported-compression``, ``unsupported-cfa``,
+        ``unsupported-sample-format``.
+
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+            size = file.seek(0, 2)
+        return _read_header(path, head=head, size=size)
+    except FileNotFoundError as error:
+        raise UnreadableFileError("file-missing", "the file does not exist") from error
+    except OSError as error:
+        raise UnreadableFileError("file-unreadable", f"the file cannot be read ({error.strerror})") from error
+
+
+def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
+    if size == 0:
+        raise UnreadableFileError("file-truncated", "the file is empty; copy it again")
+    if head.startswith(_TIFF_SIGNATURES):
+        directories = read_directories(path)
+        reader = read_dng_header if Tag.DNG_VERSION in directories.first else read_tiff_header
+        return reader(path, directories)
+    if head.startswith(PNG_SIGNATURE):
+        return read_png_header(path, head, size)
+    if head.startswith(_JPEG_SIGNATURE):
+        raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
+    raise UnreadableFileError("not-a-raw-file", "this is not a raw file of a kind Fullwell reads")
+
+
+def require_measurable(header: RawHeader) -> None:
+    """Refuse a file whose header says that it must not be measured.
+
+    Raises
+    ------
+    UnsuitableFileError
+        With code and message of the header's first finding of severity ``error``.
+
+    """
+    for finding in header.findings:
+        if finding.severity is Severity.ERROR:
+            raise UnsuitableFileError(finding.code, finding.message)
+
+
+def decode(header: RawHeader, data: bytes | bytearray | memoryview) -> NDArray[np.uint16]:
+    """Return the visible mosaic of a raw file that is already in memory.
+
+    Parameters
+    ----------
+    header
+        The file's header.
+    data
+        All bytes of the file.
+
+    Returns
+    -------
+    ndarray
+        Array of ``uint16``, shape (header.height, header.width), C-contiguous and read-only; never clipped at black,
+        a LinearizationTable applied. A view of ``data`` where samples are stored that way [DN].
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-truncated`` or ``file-damaged``.
+    UnsuitableFileError
+        As `require_measurable`.
+
+    """
+    require_measurable(header)
+    view = memoryview(data).cast("B")
+    if isinstance(header.layout, Layout):
+        mosaic = decode_segments(header.layout, view, header.active_area)
+    else:
+        mosaic = decode_png(header, view)
+    mosaic.flags.writeable = False
+    return mosaic
+
+
+def read_raw(path: Path) -> RawImage:
+    """Return a raw file's visible mosaic with its header.
+
+    Raises
+    ------
+    UnreadableFileError, UnsuitableFileError
+        As `read_header` and `decode`.
+
+    """
+    header = read_header(path)
+    return RawImage(header=header, mosaic=decode(header, path.read_bytes()))

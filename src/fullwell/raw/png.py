@@ -1,0 +1,86 @@
+"""Greyscale PNG files: a mosaic of 8 or 16 bits, without levels or CFA."""
+
+import struct
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.errors import UnreadableFileError, UnsuitableFileError
+from fullwell.raw.image import Area, RawHeader
+from fullwell.raw.segments import MAX_PIXELS
+
+SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
+_HEADER_BYTES: Final = 33
+_END: Final = b"IEND"
+_GREY: Final = 0
+_MAX_EXPANSION: Final = 1100
+"""Deflate packs at most about 1030 bytes into one."""
+
+
+def read_png_header(path: Path, head: bytes, size: int) -> RawHeader:
+    """Return the header of a PNG file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    head
+        Its first bytes, at least 33 of them.
+    size
+        Its length [byte].
+
+    Raises
+    ------
+    UnsuitableFileError
+        ``processed-rgb`` where it is in colour, ``unsupported-sample-format`` where it has less than 8 bits.
+    UnreadableFileError
+        ``file-truncated`` or ``file-damaged``.
+
+    """
+    if len(head) < _HEADER_BYTES:
+        raise UnreadableFileError("file-truncated", "the PNG file ends within its header; copy it again")
+    name, width, height, bits, colour = struct.unpack_from(">4sIIBB", head, len(SIGNATURE) + 4)
+    if name != b"IHDR" or not (width > 0 and height > 0 and width * height <= MAX_PIXELS):
+        raise UnreadableFileError("file-damaged", "the PNG header is damaged; copy the file again")
+    if colour != _GREY:
+        raise UnsuitableFileError("processed-rgb", "the PNG is in colour, not a mosaic; use raw frames instead")
+    if bits not in {8, 16}:
+        raise UnsuitableFileError("unsupported-sample-format", f"the PNG has {bits} bits per pixel, not 8 or 16")
+    if width * height > _MAX_EXPANSION * size:
+        raise UnreadableFileError("file-truncated", "the PNG file is too short for its pixels; copy it again")
+    return RawHeader(
+        path=path,
+        format="png",
+        raw_width=width,
+        raw_height=height,
+        active_area=Area(0, 0, height, width),
+        cfa=None,
+        bit_depth=bits,
+        compression="deflate",
+    )
+
+
+def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
+    """Return the pixels of a PNG file, shape (height, width) [DN].
+
+    Raises
+    ------
+    UnreadableFileError
+        ``file-truncated`` or ``file-damaged``.
+
+    """
+    from imagecodecs import png_decode  # noqa: PLC0415 - loads when used
+
+    if _END not in bytes(data[-64:]):
+        raise UnreadableFileError("file-truncated", "the PNG file has no end; copy it again")
+    try:
+        pixels = np.asarray(png_decode(bytes(data)))
+    except Exception as error:  # libpng's message is all there is, whatever its class
+        raise UnreadableFileError(
+            "file-damaged", f"the PNG pixels are damaged ({error}); copy the file again"
+        ) from error
+    if pixels.shape != (header.raw_height, header.raw_width):
+        raise UnreadableFileError("file-damaged", "the PNG pixels are not the size its header says")
+    return pixels.astype(np.uint16, copy=False)

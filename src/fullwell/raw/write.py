@@ -1,0 +1,314 @@
+"""DNG files, written so that LibRaw and Fullwell read the same mosaic, levels and CFA back."""
+
+import struct
+import uuid
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.raw.cfa import BAYER, MONO, cell
+from fullwell.raw.fields import Field, FieldType, directory_length, encode_directory, text
+from fullwell.raw.image import Area
+from fullwell.raw.tags import Compression, Photometric, Tag
+
+_DEFAULT_TILE: Final = 512
+_ALIGNMENT: Final = 64
+_D65: Final = 21
+_XYZ_TO_CAMERA: Final = (3.2405, -1.5371, -0.4985, -0.9693, 1.8760, 0.0416, 0.0556, -0.2040, 1.0572)
+"""ColorMatrix1: the camera's colours are taken for linear sRGB, since nothing better is known (IEC 61966-2-1)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DngExtras:
+    """What a DNG may say beyond the usual; all optional.
+
+    Parameters
+    ----------
+    active_area
+        Visible mosaic in coordinates of the stored one; all of it by default.
+    masked_areas
+        Optical-black rectangles, in the same coordinates.
+    noise_profile
+        (S, O) per colour plane, or one pair for all.
+    linearization_table
+        Linear value of each stored code.
+    black_level_delta_h, black_level_delta_v
+        Added to the black level, per column and per row of the active area [DN].
+    orientation
+        TIFF tag Orientation.
+    temperature_c
+        EXIF tag Temperature [deg C].
+
+    """
+
+    active_area: Area | None = None
+    masked_areas: tuple[Area, ...] = ()
+    noise_profile: tuple[tuple[float, float], ...] = ()
+    linearization_table: tuple[int, ...] = ()
+    black_level_delta_h: tuple[float, ...] = ()
+    black_level_delta_v: tuple[float, ...] = ()
+    orientation: int = 1
+    temperature_c: float | None = None
+
+
+def write_dng(
+    path: Path,
+    mosaic: NDArray[np.uint16],
+    *,
+    cfa: str,
+    black_level: Sequence[float],
+    white_level: int,
+    bit_depth: int = 16,
+    iso: float | None = None,
+    exposure_s: float | None = None,
+    compression: Literal["none", "lossless-jpeg"] = "none",
+    tile: tuple[int, int] | None = None,
+    make: str = "Fullwell",
+    model: str = "Fullwell simulated camera",
+    extras: DngExtras | None = None,
+) -> None:
+    """Write a mosaic as a DNG file: beside its target first, then renamed, so that no half file is ever seen.
+
+    Parameters
+    ----------
+    path
+        The file; one that exists is replaced.
+    mosaic
+        The stored mosaic, margins included, ``uint16``, shape (height, width) [DN].
+    cfa
+        Order at the visible top-left pixel, or ``mono``.
+    black_level
+        One value, or one per CFA site, row-major from the visible top-left pixel [DN].
+    white_level
+        Saturated code [DN].
+    bit_depth
+        Bits of the codes. Uncompressed samples take 8 bits where this is 8, 16 otherwise.
+    iso, exposure_s
+        ISO speed (a whole number) and exposure time [s].
+    compression
+        ``none`` or ``lossless-jpeg``.
+    tile
+        Height and width of tiles, multiples of 16 and no larger than the mosaic (LibRaw misreads lossless tiles that
+        are); by default one strip, or tiles of 512 where a compressed mosaic is large enough.
+    make, model
+        Names of the camera.
+    extras
+        Whatever else the file shall say.
+
+    Raises
+    ------
+    ValueError
+        Where the arguments contradict each other.
+
+    """
+    extras = extras or DngExtras()
+    _require_consistent(mosaic, cfa=cfa, black_level=black_level, bit_depth=bit_depth, tile=tile)
+    segments, stored_as = _segments(mosaic, bit_depth=bit_depth, compression=compression, tile=tile, cfa=cfa)
+    fields = [
+        *stored_as,
+        *_image_fields(mosaic, cfa=cfa),
+        *_level_fields(cfa=cfa, black_level=black_level, white_level=white_level),
+        *_camera_fields(cfa=cfa, make=make, model=model, orientation=extras.orientation),
+        *_extra_fields(extras),
+    ]
+    exif = _exif_fields(iso=iso, exposure_s=exposure_s, temperature_c=extras.temperature_c)
+    _write(path, _file_head(fields, exif, segments, tiled=_is_tiled(stored_as)), segments)
+
+
+def _require_consistent(
+    mosaic: NDArray[np.uint16],
+    *,
+    cfa: str,
+    black_level: Sequence[float],
+    bit_depth: int,
+    tile: tuple[int, int] | None,
+) -> None:
+    if mosaic.dtype != np.uint16 or mosaic.ndim != 2 or mosaic.size == 0:
+        raise ValueError(f"the mosaic must be a two-dimensional uint16 array, not {mosaic.dtype} of {mosaic.shape}")
+    if cfa not in (*BAYER, MONO):
+        raise ValueError(f"cfa must be one of {', '.join((*BAYER, MONO))}, not {cfa!r}")
+    if len(black_level) not in {1, cell(cfa) ** 2}:
+        raise ValueError(f"{len(black_level)} black levels do not fit a {cfa} mosaic")
+    if not 8 <= bit_depth <= 16 or int(mosaic.max()) >= 1 << bit_depth:
+        raise ValueError(f"codes up to {mosaic.max()} do not fit {bit_depth} bits (8 to 16)")
+    if tile is not None and any(side % 16 or not 16 <= side <= mosaic.shape[axis] for axis, side in enumerate(tile)):
+        raise ValueError(f"height and width of a tile must be multiples of 16 within the mosaic, not {tile}")
+
+
+def _segments(
+    mosaic: NDArray[np.uint16],
+    *,
+    bit_depth: int,
+    compression: str,
+    tile: tuple[int, int] | None,
+    cfa: str,
+) -> tuple[Sequence[bytes | memoryview], list[Field]]:
+    """Return the stored segments and the fields that say how they are stored."""
+    height, width = mosaic.shape
+    compressed = compression == "lossless-jpeg"
+    if compressed and tile is None and min(height, width) >= _DEFAULT_TILE:
+        tile = (_DEFAULT_TILE, _DEFAULT_TILE)
+    dtype = np.uint8 if bit_depth == 8 else np.dtype("<u2")
+    fields = [
+        _short(Tag.COMPRESSION, Compression.JPEG if compressed else Compression.NONE),
+        _short(Tag.BITS_PER_SAMPLE, bit_depth if compressed or bit_depth == 8 else 16),
+    ]
+    if tile is None:
+        fields.append(_long(Tag.ROWS_PER_STRIP, height))
+        if compressed:
+            return [_lossless(mosaic, bit_depth=bit_depth, cfa=cfa)], fields
+        return [np.ascontiguousarray(mosaic, dtype=dtype).data.cast("B")], fields
+    fields += [_long(Tag.TILE_LENGTH, tile[0]), _long(Tag.TILE_WIDTH, tile[1])]
+    tiles = (
+        _tile(mosaic[top : top + tile[0], left : left + tile[1]], tile)
+        for top in range(0, height, tile[0])
+        for left in range(0, width, tile[1])
+    )
+    if compressed:
+        return [_lossless(block, bit_depth=bit_depth, cfa=cfa) for block in tiles], fields
+    return [block.astype(dtype).tobytes() for block in tiles], fields
+
+
+def _tile(block: NDArray[np.uint16], tile: tuple[int, int]) -> NDArray[np.uint16]:
+    """Return a block at the full size of a tile; reflection pads like colours with like."""
+    missing = [(0, tile[axis] - block.shape[axis]) for axis in (0, 1)]
+    return np.pad(block, missing, mode="reflect") if block.shape != tile else block
+
+
+def _lossless(block: NDArray[np.uint16], *, bit_depth: int, cfa: str) -> bytes:
+    """Return a tile as lossless JPEG, two rows of a Bayer tile as one line: above is then the same colour."""
+    from imagecodecs import ljpeg_encode  # noqa: PLC0415 - loads when used
+
+    rows_per_line = cell(cfa) if block.shape[0] % 2 == 0 else 1
+    lines = block.reshape(block.shape[0] // rows_per_line, -1)
+    return bytes(ljpeg_encode(np.ascontiguousarray(lines), bitspersample=bit_depth))
+
+
+def _image_fields(mosaic: NDArray[np.uint16], *, cfa: str) -> list[Field]:
+    height, width = mosaic.shape
+    fields = [
+        _long(Tag.NEW_SUBFILE_TYPE, 0),
+        _long(Tag.IMAGE_WIDTH, width),
+        _long(Tag.IMAGE_LENGTH, height),
+        _short(Tag.SAMPLES_PER_PIXEL, 1),
+        _short(Tag.PLANAR_CONFIGURATION, 1),
+        _short(Tag.PHOTOMETRIC, Photometric.LINEAR_RAW if cfa == MONO else Photometric.CFA),
+    ]
+    if cfa != MONO:
+        fields += [
+            _short(Tag.CFA_REPEAT_PATTERN_DIM, 2, 2),
+            Field(tag=Tag.CFA_PATTERN, type=FieldType.BYTE, values=["RGB".index(letter) for letter in cfa]),
+            Field(tag=Tag.CFA_PLANE_COLOR, type=FieldType.BYTE, values=(0, 1, 2)),
+            _short(Tag.CFA_LAYOUT, 1),
+        ]
+    return fields
+
+
+def _level_fields(*, cfa: str, black_level: Sequence[float], white_level: int) -> list[Field]:
+    period = cell(cfa) if len(black_level) > 1 else 1
+    whole = all(float(level).is_integer() for level in black_level)
+    return [
+        _short(Tag.BLACK_LEVEL_REPEAT_DIM, period, period),
+        Field(tag=Tag.BLACK_LEVEL, type=FieldType.LONG if whole else FieldType.RATIONAL, values=black_level),
+        _long(Tag.WHITE_LEVEL, white_level),
+    ]
+
+
+def _camera_fields(*, cfa: str, make: str, model: str, orientation: int) -> list[Field]:
+    fields = [
+        Field(tag=Tag.DNG_VERSION, type=FieldType.BYTE, values=(1, 4, 0, 0)),
+        Field(tag=Tag.DNG_BACKWARD_VERSION, type=FieldType.BYTE, values=(1, 1, 0, 0)),
+        text(Tag.MAKE, make),
+        text(Tag.MODEL, model),
+        text(Tag.UNIQUE_CAMERA_MODEL, model),
+        text(Tag.SOFTWARE, "Fullwell"),
+        _short(Tag.ORIENTATION, orientation),
+    ]
+    if cfa != MONO:
+        fields += [
+            Field(tag=Tag.COLOR_MATRIX_1, type=FieldType.SRATIONAL, values=_XYZ_TO_CAMERA),
+            Field(tag=Tag.AS_SHOT_NEUTRAL, type=FieldType.RATIONAL, values=(1, 1, 1)),
+            _short(Tag.CALIBRATION_ILLUMINANT_1, _D65),
+        ]
+    return fields
+
+
+def _extra_fields(extras: DngExtras) -> list[Field]:
+    fields: list[Field] = []
+    if extras.active_area is not None:
+        fields.append(_long(Tag.ACTIVE_AREA, *extras.active_area))
+    if extras.masked_areas:
+        fields.append(_long(Tag.MASKED_AREAS, *(corner for area in extras.masked_areas for corner in area)))
+    if extras.noise_profile:
+        pairs = [value for pair in extras.noise_profile for value in pair]
+        fields.append(Field(tag=Tag.NOISE_PROFILE, type=FieldType.DOUBLE, values=pairs))
+    if extras.linearization_table:
+        fields.append(_short(Tag.LINEARIZATION_TABLE, *extras.linearization_table))
+    for tag, delta in (
+        (Tag.BLACK_LEVEL_DELTA_H, extras.black_level_delta_h),
+        (Tag.BLACK_LEVEL_DELTA_V, extras.black_level_delta_v),
+    ):
+        if delta:
+            fields.append(Field(tag=tag, type=FieldType.SRATIONAL, values=delta))
+    return fields
+
+
+def _exif_fields(*, iso: float | None, exposure_s: float | None, temperature_c: float | None) -> list[Field]:
+    fields: list[Field] = []
+    if iso is not None:
+        if iso != int(iso) or not 0 < iso < 65535:
+            raise ValueError(f"EXIF has whole ISO speeds from 1 to 65534, not {iso}")
+        fields.append(_short(Tag.ISO_SPEED_RATINGS, int(iso)))
+    if exposure_s is not None:
+        fields.append(Field(tag=Tag.EXPOSURE_TIME, type=FieldType.RATIONAL, values=(exposure_s,)))
+    if temperature_c is not None:
+        fields.append(Field(tag=Tag.TEMPERATURE, type=FieldType.SRATIONAL, values=(temperature_c,)))
+    return fields
+
+
+def _file_head(fields: list[Field], exif: list[Field], segments: Sequence[bytes | memoryview], *, tiled: bool) -> bytes:
+    """Return everything before the pixels: header, directory, EXIF directory, padding."""
+    counts = [len(segment) for segment in segments]
+    offsets_tag, counts_tag = (
+        (Tag.TILE_OFFSETS, Tag.TILE_BYTE_COUNTS) if tiled else (Tag.STRIP_OFFSETS, Tag.STRIP_BYTE_COUNTS)
+    )
+    pointers = [_long(offsets_tag, *counts), _long(counts_tag, *counts), *([_long(Tag.EXIF_IFD, 0)] if exif else [])]
+    exif_start = 8 + directory_length(fields + pointers)
+    end = exif_start + (directory_length(exif) if exif else 0)
+    pixels_start = -(-end // _ALIGNMENT) * _ALIGNMENT
+    if pixels_start + sum(counts) >= 1 << 32:
+        raise ValueError("a DNG file cannot be larger than 4 GiB")
+    offsets = [pixels_start + sum(counts[:index]) for index in range(len(counts))]
+    pointers = [_long(offsets_tag, *offsets), pointers[1], *([_long(Tag.EXIF_IFD, exif_start)] if exif else [])]
+    head = struct.pack("<2sHI", b"II", 42, 8) + encode_directory(fields + pointers, start=8, byte_order="<")
+    if exif:
+        head += encode_directory(exif, start=exif_start, byte_order="<")
+    return head.ljust(pixels_start, b"\0")
+
+
+def _write(path: Path, head: bytes, segments: Sequence[bytes | memoryview]) -> None:
+    part = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    try:
+        with part.open("xb") as file:
+            file.write(head)
+            for segment in segments:
+                file.write(segment)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _is_tiled(fields: Sequence[Field]) -> bool:
+    return any(field.tag == Tag.TILE_WIDTH for field in fields)
+
+
+def _short(tag: Tag, *values: int) -> Field:
+    return Field(tag=tag, type=FieldType.SHORT, values=values)
+
+
+def _long(tag: Tag, *values: int) -> Field:
+    return Field(tag=tag, type=FieldType.LONG, values=values)

@@ -17,22 +17,19 @@ _NAMES_SHOWN: Final = 3
 
 def keep_uniform(readings: Sequence[Reading]) -> tuple[tuple[Reading, ...], tuple[Exclusion, ...]]:
     """Keep the frames that share the size, CFA and bit depth of the majority; exclude the others with the reason."""
-    rules: tuple[tuple[str, Callable[[Reading], Hashable], Callable[[Reading], str]], ...] = (
-        ("frame-size-differs", _size, lambda one: f"its visible size is {_spelled_size(one)} pixels"),
-        ("cfa-differs", lambda one: one.frame.header.cfa, lambda one: f"its CFA is {one.frame.header.cfa}"),
-        ("bit-depth-differs", _scale, lambda one: f"its codes have {_spelled_scale(one)}"),
+    rules: tuple[tuple[str, str, Callable[[Reading], Hashable]], ...] = (
+        ("frame-size-differs", "visible size", _size),
+        ("cfa-differs", "CFA", lambda one: one.frame.header.cfa),
+        ("bit-depth-differs", "bit depth", _code_bits),
     )
     kept, excluded = tuple(readings), list[Exclusion]()
-    for code, trait, spelled in rules:
+    for code, trait_name, trait in rules:
         if not kept:
             break
         common = _majority(kept, trait)
-        example = next(one for one in kept if trait(one) == common)
         excluded += [
             Exclusion(
-                name=one.frame.name,
-                code=code,
-                reason=f"It does not belong to the others: {spelled(one)}; most frames: {spelled(example)[4:]}.",
+                name=one.frame.name, code=code, reason=f"its {trait_name} is {trait(one)}, that of most frames {common}"
             )
             for one in kept
             if trait(one) != common
@@ -42,22 +39,13 @@ def keep_uniform(readings: Sequence[Reading]) -> tuple[tuple[Reading, ...], tupl
 
 
 def _size(one: Reading) -> Hashable:
-    return (one.frame.header.height, one.frame.header.width)
-
-
-def _spelled_size(one: Reading) -> str:
     return f"{one.frame.header.width} x {one.frame.header.height}"
 
 
-def _scale(one: Reading) -> Hashable:
-    """Return what sets the meaning of a code: the declared white level, else the bit depth."""
+def _code_bits(one: Reading) -> Hashable:
+    """Return the bits that codes up to the declared white level need; without one, the bit depth."""
     white = one.frame.header.white_level
-    return ("white", white.values) if white is not None else ("bits", one.bit_depth)
-
-
-def _spelled_scale(one: Reading) -> str:
-    white = one.frame.header.white_level
-    return f"{one.bit_depth} bits" + (f" and white level {white.values[0]:g}" if white is not None else "")
+    return one.bit_depth if white is None else int(max(white.values)).bit_length()
 
 
 def _majority(readings: Sequence[Reading], trait: Callable[[Reading], Hashable]) -> Hashable:
@@ -75,7 +63,7 @@ def exclusion_findings(excluded: Iterable[Exclusion]) -> tuple[Finding, ...]:
         Finding(
             code=code,
             severity=Severity.ERROR,
-            message=f"{_listed(sorted(names))} left out: {reason}",
+            message=f"Left out {_listed(sorted(names))}: {reason}.",
             files=tuple(sorted(names)),
         )
         for (code, reason), names in sorted(reasons.items())

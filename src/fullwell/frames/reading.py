@@ -90,7 +90,7 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
     except RawFileError as error:
         return Exclusion(name=candidate.name, code=error.code, reason=error.message)
     except OSError as error:
-        reason = f"The file cannot be read: {error.strerror or error}."
+        reason = f"the file cannot be read ({error.strerror or error})"
         return Exclusion(name=candidate.name, code="file-unreadable", reason=reason)
     refusal = next((finding for finding in header.findings if finding.severity is Severity.ERROR), None)
     if refusal is not None:
@@ -102,8 +102,8 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
             name=candidate.name,
             code="exposure-unknown",
             reason=(
-                f"Nothing says the exposure of this {candidate.kind.value} frame: put it into the file's metadata, a "
-                "name such as exp2000us, a JSON sidecar (ExposureTime) or study.toml (exposure_s)."
+                f"nothing says the exposure of this {candidate.kind.value} frame: put it into the file's metadata, a "
+                "name such as exp2000us, a JSON sidecar (ExposureTime) or study.toml (exposure_s)"
             ),
         )
     depth, known = _bit_depth(header, camera=camera, facts=facts)

@@ -126,7 +126,7 @@ def _known_cfa(readings: Sequence[Reading], *, path: Path) -> tuple[tuple[Readin
             f"The frames of {path} do not say their colour-filter array (the first: {readings[0].frame.name}). Give it "
             f"with --cfa, or as cfa in the [camera] table of study.toml: {allowed}."
         )
-    reason = f"Nothing says its colour-filter array, though other frames have one: give --cfa ({allowed})."
+    reason = f"nothing says its colour-filter array, though other frames have one; give --cfa ({allowed})"
     unknown = tuple(
         Exclusion(name=one.frame.name, code="cfa-unknown", reason=reason)
         for one in readings
@@ -137,7 +137,7 @@ def _known_cfa(readings: Sequence[Reading], *, path: Path) -> tuple[tuple[Readin
 
 def _none_usable(path: Path, excluded: Sequence[Exclusion]) -> str:
     first = excluded[0]
-    return f"None of the {len(excluded)} raw files in {path} can be measured. The first, {first.name}: {first.reason}"
+    return f"None of the {len(excluded)} raw files in {path} can be measured. The first, {first.name}: {first.reason}."
 
 
 def _assembled(

@@ -1,0 +1,119 @@
+"""``fullwell characterize``: a folder of raw frames becomes a characterized sensor."""
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fullwell.cli.options import (
+    Black,
+    CameraFacts,
+    Cfa,
+    Crop,
+    DryRun,
+    Exposures,
+    Isos,
+    Json,
+    Only,
+    Out,
+    Quiet,
+    Tile,
+    Verbose,
+    Version,
+    White,
+    Workers,
+)
+from fullwell.cli.progress import shown_progress
+from fullwell.cli.status import guarded, status_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fullwell.figures.results import Results
+    from fullwell.findings import Finding
+    from fullwell.workflow.options import Options
+
+
+def characterize(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="A study folder, or a study.toml.")],
+    *,
+    out: Out = None,
+    iso: Isos = None,
+    exposure: Exposures = None,
+    only: Only = None,
+    crop: Crop = None,
+    tile: Tile = 64,
+    cfa: Cfa = None,
+    black: Black = None,
+    white: White = None,
+    camera: CameraFacts = None,
+    workers: Workers = None,
+    dry_run: DryRun = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    _version: Version = False,
+) -> None:
+    """Measure a sensor."""
+    with guarded(verbose=verbose):
+        from fullwell.cli.parsing import crop_from, selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
+        from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
+
+        options = Options(
+            selection=selection_from(
+                isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera
+            ),
+            tile=tile,
+            crop=None if crop is None else crop_from(crop),
+            workers=workers or os.cpu_count() or 1,
+        )
+        if dry_run:
+            findings = _show_plan(path, options, as_json=as_json)
+        else:
+            findings = _measure(path, out, options, as_json=as_json, quiet=quiet)
+        raise typer.Exit(status_of(findings))
+
+
+def _show_plan(path: Path, options: "Options", *, as_json: bool) -> "Sequence[Finding]":
+    from fullwell.frames.study import load_study  # noqa: PLC0415 - heavy, and `--help` does not need it
+
+    study = load_study(path, options.selection)
+    if as_json:
+        from fullwell.cli.plan import plan_json  # noqa: PLC0415 - as above
+
+        sys.stdout.write(plan_json(study))
+    else:
+        from rich.console import Console  # noqa: PLC0415 - as above
+
+        from fullwell.cli.tables import print_study  # noqa: PLC0415 - as above
+
+        print_study(Console(file=sys.stdout), study)
+    return study.findings
+
+
+def _measure(path: Path, out: Path | None, options: "Options", *, as_json: bool, quiet: bool) -> "Sequence[Finding]":
+    from fullwell.errors import UsageError  # noqa: PLC0415 - as above
+
+    if out is None:
+        raise UsageError("Name a folder for the results with -o OUT (or look first with --dry-run).")
+    from fullwell.workflow.characterize import characterize as run  # noqa: PLC0415 - as above
+
+    with shown_progress(quiet=quiet) as progress:
+        results = run(path, out, options=options, progress=progress)
+    if as_json:
+        from fullwell.report.document import results_json  # noqa: PLC0415 - as above
+
+        sys.stdout.write(results_json(results))
+    elif not quiet:
+        _tell(results, out)
+    return results.findings
+
+
+def _tell(results: "Results", out: Path) -> None:
+    from rich.console import Console  # noqa: PLC0415 - as above
+
+    from fullwell.cli.summary import print_summary  # noqa: PLC0415 - as above
+
+    print_summary(Console(file=sys.stdout), results, out=out)

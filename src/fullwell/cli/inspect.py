@@ -1,0 +1,68 @@
+"""``fullwell inspect``: what raw files are."""
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fullwell.cli.options import Json, Verbose, Version
+from fullwell.cli.status import guarded, status_of
+
+if TYPE_CHECKING:
+    from fullwell.frames.inspection import Inspection
+
+
+def inspect(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Raw files.")],
+    *,
+    as_json: Json = False,
+    verbose: Verbose = False,
+    _version: Version = False,
+) -> None:
+    """Tell what raw files are."""
+    with guarded(verbose=verbose):
+        from fullwell.frames.inspection import inspect_file  # noqa: PLC0415 - heavy, and `--help` does not need it
+
+        _require_files(files)
+        inspections = [inspect_file(path) for path in files]
+        _require_one_readable(inspections)
+        if as_json:
+            from fullwell.cli.inspection_tables import document  # noqa: PLC0415 - as above
+
+            sys.stdout.write(json.dumps([document(one) for one in inspections], indent=1, allow_nan=False) + "\n")
+        else:
+            _tell(inspections)
+        raise typer.Exit(status_of(finding for one in inspections for finding in one.findings))
+
+
+def _require_files(files: Sequence[Path]) -> None:
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+
+    for path in files:
+        if not path.exists():
+            raise UsageError(f"{path} does not exist.")
+        if path.is_dir():
+            raise UsageError(f"{path} is a folder; name files, or index the folder with `fullwell index`.")
+
+
+def _require_one_readable(inspections: Sequence["Inspection"]) -> None:
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+
+    if all(one.header is None for one in inspections):
+        said = [f"{one.path}: {finding.message}." for one in inspections for finding in one.findings]
+        raise UsageError("\n  ".join(said))
+
+
+def _tell(inspections: Sequence["Inspection"]) -> None:
+    from rich.console import Console  # noqa: PLC0415 - heavy, and `--help` does not need it
+
+    from fullwell.cli.inspection_tables import print_panel, print_table  # noqa: PLC0415 - as above
+
+    console = Console(file=sys.stdout)
+    if len(inspections) == 1:
+        print_panel(console, inspections[0])
+    else:
+        print_table(console, inspections)

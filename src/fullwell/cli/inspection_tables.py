@@ -1,0 +1,107 @@
+"""What was told about raw files, as a panel, a table, or objects for JSON (RESULTS 5)."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+
+from rich.console import Console
+from rich.markup import escape
+from rich.panel import Panel
+from rich.table import Table
+
+from fullwell.cli.tables import plain_table, print_findings, spelled_levels, spelled_values
+from fullwell.frames.inspection import Inspection
+from fullwell.raw.image import Levels, RawHeader
+from fullwell.report.numbers import show_exposure
+
+
+def document(inspection: Inspection) -> Mapping[str, object]:
+    """Return the object of one file; a file that cannot be read has nulls and its findings."""
+    header = inspection.header
+    return {
+        "path": str(inspection.path),
+        "format": header and header.format,
+        "make": header and header.make,
+        "model": header and header.model,
+        "width": header and header.width,
+        "height": header and header.height,
+        "raw_width": header and header.raw_width,
+        "raw_height": header and header.raw_height,
+        "active_area": header and list(header.active_area),
+        "cfa": header and header.cfa,
+        "bit_depth": header and header.bit_depth,
+        "effective_bits": inspection.effective_bits,
+        "black_level": header and header.black_level and list(header.black_level.values),
+        "white_level": header and _white(header.white_level),
+        "iso": header and header.iso,
+        "exposure_s": header and header.exposure_s,
+        "compression": header and header.compression,
+        "masked_areas": [list(area) for area in header.masked_areas] if header else [],
+        "noise_profile": [list(plane) for plane in header.noise_profile] if header else [],
+        "level_tags": {name: list(values) for name, values in header.level_tags} if header else {},
+        "findings": [asdict(replace(finding, files=(str(inspection.path),))) for finding in inspection.findings],
+    }
+
+
+def _white(levels: Levels | None) -> float | list[float] | None:
+    if levels is None:
+        return None
+    return levels.values[0] if len(set(levels.values)) == 1 else list(levels.values)
+
+
+def print_panel(console: Console, inspection: Inspection) -> None:
+    """Print everything about one file."""
+    if inspection.header is not None:
+        grid = Table.grid(padding=(0, 2))
+        for name, value in _facts(inspection.header, inspection.effective_bits):
+            grid.add_row(name, escape(value))
+        console.print(Panel(grid, title=escape(str(inspection.path)), expand=False), highlight=False)
+    else:
+        console.print(escape(str(inspection.path)), highlight=False)
+    print_findings(console, inspection.findings)
+
+
+def _facts(header: RawHeader, effective_bits: int | None) -> Iterator[tuple[str, str]]:
+    yield "format", f"{header.format}, compression {header.compression}"
+    yield "camera", " ".join(part for part in (header.make, header.model) if part) or "unknown"
+    yield "visible", f"{header.width} x {header.height} pixels"
+    area = header.active_area
+    yield "stored", f"{header.raw_width} x {header.raw_height}, active area from row {area.top}, column {area.left}"
+    yield "CFA", header.cfa or "unknown: the file does not say"
+    used = "unknown" if effective_bits is None else str(effective_bits)
+    yield "bits", f"{header.bit_depth} declared, {used} used"
+    yield "black level", spelled_levels(header.black_level)
+    yield "white level", spelled_levels(header.white_level)
+    yield from ((name, spelled_values(values)) for name, values in header.level_tags)
+    yield "ISO", "unknown" if header.iso is None else f"{header.iso:g}"
+    yield "exposure", "unknown" if header.exposure_s is None else show_exposure(header.exposure_s)
+    if header.temperature_c is not None:
+        yield "temperature", f"{header.temperature_c:g} °C"
+    for masked in header.masked_areas:
+        yield "masked area", f"rows {masked.top} to {masked.bottom}, columns {masked.left} to {masked.right}"
+    for scale, offset in header.noise_profile:
+        yield "noise profile", f"S {scale:.6g}, O {offset:.6g}"
+
+
+def print_table(console: Console, inspections: Sequence[Inspection]) -> None:
+    """Print one line per file, then what there is to say about them."""
+    table = plain_table("file", "format", ">size", "CFA", ">bits", ">black", ">white", ">ISO", ">exposure")
+    for one in inspections:
+        header = one.header
+        if header is None:
+            table.add_row(escape(str(one.path)), "unreadable")
+            continue
+        table.add_row(
+            escape(str(one.path)),
+            header.format,
+            f"{header.width} x {header.height}",
+            header.cfa or "?",
+            str(header.bit_depth if one.effective_bits is None else one.effective_bits),
+            "?" if header.black_level is None else spelled_values(header.black_level.values),
+            "?" if header.white_level is None else spelled_values(header.white_level.values),
+            "?" if header.iso is None else f"{header.iso:g}",
+            "?" if header.exposure_s is None else show_exposure(header.exposure_s),
+        )
+    console.print(table)
+    print_findings(
+        console, [replace(finding, files=(str(one.path),)) for one in inspections for finding in one.findings]
+    )

@@ -1,0 +1,57 @@
+"""Options that several commands share, as Typer reads them."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fullwell.cli.overview import version_line
+
+
+def _show_version(value: bool) -> None:  # noqa: FBT001 - Typer hands an option's value to its callback by position
+    if value:
+        sys.stdout.write(version_line())
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+]
+Isos = Annotated[list[str] | None, typer.Option("--iso", metavar="ISO", help="Use these ISOs only: 100 or 100,200.")]
+Exposures = Annotated[
+    list[str] | None,
+    typer.Option("--exposure", metavar="TIME", help="Use these exposures only, in seconds or with a unit: 0.01, 10ms."),
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option("--only", metavar="KIND", help="Use these kinds only: flat, dark, bias, chart, scene."),
+]
+Crop = Annotated[
+    str | None, typer.Option("--crop", metavar="X,Y,W,H", help="Measure this region of the visible mosaic.")
+]
+Tile = Annotated[int, typer.Option("--tile", min=4, metavar="N", help="Edge of a tile in pixels of a CFA plane.")]
+Cfa = Annotated[
+    str | None,
+    typer.Option("--cfa", metavar="ORDER", help="RGGB, GRBG, GBRG, BGGR or mono, above what the files say."),
+]
+Black = Annotated[
+    str | None, typer.Option("--black", metavar="DN", help="Black level: one number, or one per CFA site, row by row.")
+]
+White = Annotated[float | None, typer.Option("--white", metavar="DN", help="White level.")]
+CameraFacts = Annotated[
+    str | None,
+    typer.Option("--camera", metavar="NAME|FILE", help="Camera facts: pixel-4a, or a TOML file with a [camera] table."),
+]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, metavar="N", help="Threads; all cores by default. Results never differ."),
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would be read and measured, and stop.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the document as JSON on stdout, and nothing else there.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no summary.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Show the traceback of an error.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", metavar="FOLDER", help="Folder for the results: new, empty, or with results of ours."),
+]

@@ -1,0 +1,46 @@
+"""What ``fullwell --help`` and ``fullwell --version`` say: plain text, written before anything heavy loads."""
+
+from typing import Final
+
+from fullwell import __version__
+
+COMMANDS: Final = (
+    ("characterize", "Measure a sensor from a folder of raw frames, or a study.toml."),
+    ("demo", "Simulate a known camera, measure it, print truth beside measurement."),
+    ("index", "Write a study.toml of a folder, to be corrected by hand."),
+    ("inspect", "Tell what raw files are: size, CFA, levels, exposure."),
+    ("simulate", "Write a simulated camera's raw frames from a configuration."),
+)
+"""Every command with its summary, in the order they are listed."""
+
+
+def version_line() -> str:
+    """Return the program's name and version, with a line end."""
+    return f"fullwell {__version__}\n"
+
+
+def overview() -> str:
+    """Return the help page of the whole program."""
+    width = max(len(name) for name, _summary in COMMANDS)
+    listed = "\n".join(f"  {name:<{width}}  {summary}" for name, summary in COMMANDS)
+    return f"""Usage: fullwell COMMAND [OPTIONS] ...
+
+  Measures image sensors from raw files, every figure with an honest
+  uncertainty.
+
+Commands:
+{listed}
+
+Options:
+  --version  Show the version and exit.
+  -h, --help Show this page and exit.
+
+  fullwell COMMAND --help tells what a command takes. Exit status: 0 done;
+  1 done, but part of the data could not be used; 2 bad use or unusable
+  input; 70 a bug of ours; 130 interrupted.
+"""
+
+
+def summary_of(command: str) -> str:
+    """Return a command's one-line summary."""
+    return next(summary for name, summary in COMMANDS if name == command)

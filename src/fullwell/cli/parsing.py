@@ -1,0 +1,106 @@
+"""Texts of the command line become values; what is not allowed is said in a sentence."""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from fullwell.errors import UsageError
+from fullwell.frames.cameras import camera_named
+from fullwell.frames.selection import Selection
+from fullwell.frames.series import Kind
+from fullwell.raw.cfa import BAYER, MONO
+
+_TIME: Final = re.compile(r"(?P<number>[^a-zµ]*(?:e[+-]?\d+)?)(?P<unit>us|µs|ms|s)?", re.IGNORECASE)
+_PER_SECOND: Final = {"us": 1e6, "µs": 1e6, "ms": 1e3, "s": 1.0}
+
+
+def selection_from(
+    *,
+    isos: Sequence[str] | None = None,
+    exposures: Sequence[str] | None = None,
+    only: Sequence[str] | None = None,
+    cfa: str | None = None,
+    black: str | None = None,
+    white: float | None = None,
+    camera: str | None = None,
+) -> Selection:
+    """Return what the user asked for.
+
+    Raises
+    ------
+    UsageError
+        Where an option's text is not allowed; the sentence names the option, the text and what is allowed.
+
+    """
+    return Selection(
+        isos=tuple(_positive(text, option="--iso") for text in _items(isos)),
+        exposures_s=tuple(_seconds(text) for text in _items(exposures)),
+        kinds=tuple(_kind(text) for text in _items(only)),
+        cfa=None if cfa is None else cfa_from(cfa),
+        black_level=None if black is None else _black(black),
+        white_level=white,
+        camera=None if camera is None else camera_named(camera),
+    )
+
+
+def cfa_from(text: str) -> str:
+    """Return a CFA's name from a text in any case."""
+    known = {name.casefold(): name for name in (*BAYER, MONO)}
+    if text.casefold() not in known:
+        raise UsageError(f"--cfa {text}: give one of {', '.join(known.values())}.")
+    return known[text.casefold()]
+
+
+def crop_from(text: str) -> tuple[int, int, int, int]:
+    """Return x, y, width and height of a region [pixel]."""
+    wish = f"--crop {text}: give x,y,width,height in pixels of the visible mosaic, for example 100,100,800,600."
+    try:
+        x, y, width, height = (int(part) for part in text.split(","))
+    except ValueError as error:
+        raise UsageError(wish) from error
+    if min(x, y) < 0 or min(width, height) < 1:
+        raise UsageError(wish)
+    return x, y, width, height
+
+
+def _items(texts: Sequence[str] | None) -> Iterable[str]:
+    return [item.strip() for text in texts or () for item in text.split(",") if item.strip()]
+
+
+def _number(text: str, *, option: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise UsageError(f"{option} {text}: give a number.")
+    return value
+
+
+def _positive(text: str, *, option: str) -> float:
+    value = _number(text, option=option)
+    if value <= 0.0:
+        raise UsageError(f"{option} {text}: give a number above 0.")
+    return value
+
+
+def _seconds(text: str) -> float:
+    match = _TIME.fullmatch(text)
+    if match is None:
+        raise UsageError(f"--exposure {text}: give seconds, or a number with a unit such as 10ms or 500us.")
+    return _positive(match["number"].strip(), option="--exposure") / _PER_SECOND[(match["unit"] or "s").lower()]
+
+
+def _kind(text: str) -> Kind:
+    try:
+        return Kind(text.lower())
+    except ValueError as error:
+        raise UsageError(f"--only {text}: give one of {', '.join(kind.value for kind in Kind)}.") from error
+
+
+def _black(text: str) -> tuple[float, ...]:
+    values = tuple(_number(item, option="--black") for item in _items([text]))
+    if len(values) not in {1, 4}:
+        raise UsageError(f"--black {text}: give one level, or four (one per CFA site, row by row).")
+    return values

@@ -9,7 +9,7 @@ import pytest
 DATA = Path(os.environ.get("FULLWELL_DATA", Path(__file__).parents[2] / "shared" / "data"))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def shared_data() -> Callable[[str], Path]:
     """Return a function that finds real sensor data by name, or skips the test with the reason."""
 

@@ -156,7 +156,7 @@ def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio 
 
 def _snr_curve(bursts: IsoBursts, transfer: ChannelTransfer, model: NoiseModel, peak: SaturationLevel) -> Curve:
     gain = float(model.coefficients[1])
-    highest = max(peak.signal.value, max(point.plane_signal_dn for point in transfer.points))
+    highest = max(peak.signal.value, *(point.plane_signal_dn for point in transfer.points))
     grid = np.geomspace(min(0.3 * gain, 0.1 * highest), highest, CURVE_POINTS)
     measured = [point for point in transfer.points if point.admitted and point.signal_dn > grid[0]]
     signal = [*grid.tolist(), *(point.signal_dn for point in measured)]

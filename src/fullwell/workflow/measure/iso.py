@@ -7,8 +7,8 @@ from fullwell.workflow.measure.dark_variance import measure_dark_variance
 from fullwell.workflow.measure.dynamic_range import measure_range
 from fullwell.workflow.measure.histograms import histogram_curves
 from fullwell.workflow.measure.levels import measure_levels
-from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_volts
 from fullwell.workflow.measure.noise_coefficients import measure_noise_coefficients
+from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_volts
 from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.section import RECOMMENDED, Section, joined

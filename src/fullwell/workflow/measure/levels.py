@@ -138,27 +138,30 @@ def pile_up(histogram: Histogram) -> bool:
 def measure_levels(study: Study, bursts: IsoBursts) -> tuple[Section, tuple[ChannelLevels, ...]]:
     """Measure black and white level of every channel at one ISO."""
     rows: list[Row] = []
-    findings: list[Finding] = []
+    decided: list[tuple[str, FusedLevel | None, str]] = []
+    whites: list[_White] = []
     levels: list[ChannelLevels] = []
     for index, channel in enumerate(bursts.channels):
         evidence = _black_evidence(study, bursts, index)
         fused = _decide(evidence) if evidence else None
         rows += _black_rows(bursts, channel, evidence, fused)
-        findings += _black_findings(bursts, channel, evidence, fused)
-        white, white_rows, white_findings = _measure_white(study, bursts, index)
-        rows += white_rows
-        findings += white_findings
+        said = ", ".join(f"{one.method} {one.measured.value:.3f} DN" for one in evidence)
+        decided.append((channel, fused, said))
+        white = _measure_white(study, bursts, index)
+        rows += _white_rows(study, bursts, white)
+        whites.append(white)
         levels.append(
             ChannelLevels(
                 channel=channel,
                 black=None if fused is None else fused.measured,
                 black_identified=fused is not None and (fused.identified or fused.preferred == (USER,)),
-                white_dn=white[0],
-                piles_up=white[1],
+                white_dn=white.level_dn,
+                piles_up=white.piles_up,
             )
         )
     rows += _pooled_black(bursts, levels)
-    return Section(rows=tuple(rows), findings=tuple(findings)), tuple(levels)
+    findings = (*_black_findings(bursts, decided), *_white_findings(bursts, whites))
+    return Section(rows=tuple(rows), findings=findings), tuple(levels)
 
 
 def _black_evidence(study: Study, bursts: IsoBursts, index: int) -> tuple[Evidence, ...]:
@@ -209,19 +212,23 @@ def _black_rows(
     return tuple(rows)
 
 
-def _black_findings(
-    bursts: IsoBursts, channel: str, evidence: Sequence[Evidence], fused: FusedLevel | None
-) -> tuple[Finding, ...]:
-    if fused is None:
+def _black_findings(bursts: IsoBursts, fused: Sequence[tuple[str, FusedLevel | None, str]]) -> tuple[Finding, ...]:
+    """Return what is to be said of (channel, fused level, evidence in words)."""
+    findings: list[Finding] = []
+    unknown = [channel for channel, level, _ in fused if level is None]
+    if unknown:
         message = (
-            f"nothing tells the black level of {channel} at {bursts.label}: add dark frames, or give it with --black"
+            f"nothing tells the black level of {', '.join(unknown)} at {bursts.label}: add dark frames, or give it "
+            "with --black"
         )
-        return (Finding(code="black-level-unknown", severity=Severity.WARNING, message=message),)
-    if fused.consistent:
-        return ()
-    said = ", ".join(f"{one.method} {one.measured.value:.3f} DN" for one in evidence)
-    message = f"the evidence for the black level of {channel} at {bursts.label} disagrees ({said}); {' and '.join(fused.preferred)} is used"
-    return (Finding(code="black-levels-disagree", severity=Severity.WARNING, message=message),)
+        findings.append(Finding(code="black-level-unknown", severity=Severity.WARNING, message=message))
+    apart = [(channel, level, said) for channel, level, said in fused if level is not None and not level.consistent]
+    if apart:
+        said = "; ".join(f"{channel}: {said}" for channel, _, said in apart)
+        used = " and ".join(apart[0][1].preferred)
+        message = f"the evidence for the black level at {bursts.label} disagrees ({said}); {used} is used"
+        findings.append(Finding(code="black-levels-disagree", severity=Severity.WARNING, message=message))
+    return tuple(findings)
 
 
 def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels]) -> tuple[Row, ...]:
@@ -240,62 +247,84 @@ def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels]) -> tuple[R
     )
 
 
-def _measure_white(
-    study: Study, bursts: IsoBursts, index: int
-) -> tuple[tuple[float | None, bool], tuple[Row, ...], tuple[Finding, ...]]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _White:
+    """What is known of one channel's white level: declared, seen, and whether codes pile up there [DN]."""
+
+    channel: str
+    declared: float | None
+    seen: int
+    piles_up: bool
+    n: int
+
+    @property
+    def trusted(self) -> bool:
+        """Tell whether what was seen is used rather than what was declared."""
+        return self.piles_up or self.declared is None
+
+    @property
+    def level_dn(self) -> float | None:
+        """Return the level to use, None where nothing tells it [DN]."""
+        return float(self.seen) if self.piles_up else self.declared
+
+
+def _measure_white(study: Study, bursts: IsoBursts, index: int) -> _White:
     channel = bursts.channels[index]
-    declared = declared_white(study, index)
-    lit = bursts.flats or bursts.unlit
-    planes = [burst.plane(channel) for burst in lit]
+    planes = [burst.plane(channel) for burst in bursts.flats or bursts.unlit]
     seen = max(int(plane.tiles.highest.max()) for plane in planes)
-    piles_up = any(pile_up(plane.histogram) and _top_code(plane.histogram) == seen for plane in planes)
+    return _White(
+        channel=channel,
+        declared=declared_white(study, index),
+        seen=seen,
+        piles_up=any(_top_code(plane.histogram) == seen and pile_up(plane.histogram) for plane in planes),
+        n=sum(plane.n * plane.frames for plane in planes),
+    )
+
+
+def _white_rows(study: Study, bursts: IsoBursts, white: _White) -> tuple[Row, ...]:
     write = RowWriter(bursts=bursts).row
-    trusted = piles_up or declared is None
-    rows = [
-        write(
-            "white_level",
-            channel,
-            "measured",
-            Measured.exact(seen, DN),
-            source="METHOD 1.11",
-            n=sum(plane.n * plane.frames for plane in planes),
-            flags=() if piles_up else ("lower-bound",),
-            recommended=trusted,
-        )
-    ]
-    if declared is not None:
-        method = "user" if study.white_level is not None and study.white_level.source == "user" else "metadata"
-        rows.append(
-            write(
-                "white_level",
-                channel,
-                method,
-                Measured.exact(declared, DN),
-                source="file metadata" if method == "metadata" else "user",
-                flags=("user",) if method == "user" else (),
-                recommended=not trusted,
-            )
-        )
-    white = float(seen) if trusted and piles_up else declared
-    return (white, piles_up), tuple(rows), _white_findings(bursts, channel, declared, seen, piles_up=piles_up)
+    seen = write(
+        "white_level",
+        white.channel,
+        "measured",
+        Measured.exact(white.seen, DN),
+        source="METHOD 1.11",
+        n=white.n,
+        flags=() if white.piles_up else ("lower-bound",),
+        recommended=white.trusted,
+    )
+    if white.declared is None or study.white_level is None:
+        return (seen,)
+    method = USER if study.white_level.source == USER else METADATA
+    declared = write(
+        "white_level",
+        white.channel,
+        method,
+        Measured.exact(white.declared, DN),
+        source="user" if method == USER else "file metadata",
+        flags=(USER,) if method == USER else (),
+        recommended=not white.trusted,
+    )
+    return (seen, declared)
 
 
 def _top_code(histogram: Histogram) -> int:
     return histogram.first_code + len(histogram.counts) - 1
 
 
-def _white_findings(
-    bursts: IsoBursts, channel: str, declared: float | None, seen: int, *, piles_up: bool
-) -> tuple[Finding, ...]:
-    if declared is None:
-        return ()
-    if seen > declared:
-        message = f"{channel} at {bursts.label} reaches code {seen}, above the declared white level {declared:g}"
-        return (Finding(code="white-level-exceeded", severity=Severity.WARNING, message=message),)
-    if piles_up and seen < declared:
+def _white_findings(bursts: IsoBursts, whites: Sequence[_White]) -> tuple[Finding, ...]:
+    findings: list[Finding] = []
+    above = [white for white in whites if white.declared is not None and white.seen > white.declared]
+    if above:
+        said = ", ".join(f"{white.channel} {white.seen} DN" for white in above)
+        message = f"codes at {bursts.label} reach above the declared white level {above[0].declared:g} DN: {said}"
+        findings.append(Finding(code="white-level-exceeded", severity=Severity.WARNING, message=message))
+    below = [white for white in whites if white.piles_up and white.declared is not None and white.seen < white.declared]
+    if below:
+        said = ", ".join(f"{white.channel} {white.seen} DN" for white in below)
         message = (
-            f"{channel} at {bursts.label} piles up at code {seen}, below the declared white level {declared:g}: "
-            f"{seen} is used as the white level"
+            f"codes at {bursts.label} pile up below the declared white level {below[0].declared:g} DN: {said}; that is "
+            "used as the white level"
         )
-        return (Finding(code="white-level-too-high", severity=Severity.WARNING, message=message),)
-    return ()
+        findings.append(Finding(code="white-level-too-high", severity=Severity.WARNING, message=message))
+    return tuple(findings)

@@ -1,4 +1,4 @@
-"""The noise model's k_dark, k_shot and k_fpn from temporal and spatial variances of the bursts together (METHOD 1.4)."""
+"""The noise model: k_dark, k_shot and k_fpn from temporal and spatial variances together (METHOD 1.4)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -213,7 +213,7 @@ def _findings(bursts: IsoBursts, noises: Sequence[ChannelNoise]) -> tuple[Findin
         return ()
     message = (
         f"dark frames of {', '.join(clipped)} at {bursts.label} are clipped at black: variances there are too "
-        "small, so read noise comes from the censored likelihood, which cannot tell it from fixed pattern; have the camera "
-        "keep a black offset"
+        "small, so read noise comes from the censored likelihood, which cannot tell it from fixed pattern; have the "
+        "camera keep a black offset"
     )
     return (Finding(code="black-clipped", severity=Severity.WARNING, message=message),)

@@ -184,3 +184,37 @@ def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int
                 picked[n] = spread[c]
                 n += 1
     return picked[:n].copy()
+
+
+@njit(cache=True, nogil=True)
+def sum_maps(maps: Maps, cell: int) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint64]]:
+    """Return, by site and mosaic column, the sums of Q and of the lower and upper 32 bits of S^2.
+
+    Parameters
+    ----------
+    maps
+        Finished maps.
+    cell
+        Period of the mosaic [pixel].
+
+    Returns
+    -------
+    tuple
+        Three arrays of shape (sites, width), zero in the columns of other sites.
+
+    """
+    height, width = maps.codes.shape
+    by_phase = np.zeros((3, cell, width), np.uint64)
+    for row in range(height):
+        codes, squares = maps.codes[row], maps.squares[row]
+        total, low, high = by_phase[0, row % cell], by_phase[1, row % cell], by_phase[2, row % cell]
+        for c in range(width):
+            square = np.uint64(codes[c]) * np.uint64(codes[c])
+            total[c] += squares[c]
+            low[c] += square & _WORD
+            high[c] += square >> _HALF
+    by_site = np.zeros((3, cell * cell, width), np.uint64)
+    for phase in range(cell):
+        for column in range(cell):
+            by_site[:, phase * cell + column, column::cell] = by_phase[:, phase, column::cell]
+    return by_site[0], by_site[1], by_site[2]

@@ -39,3 +39,15 @@ def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int
     row, column, cell = site
     spread = spread_of(maps)[row::cell, column::cell].ravel()
     return spread[(spread >= np.uint64(least)) & (spread < np.uint64(beyond))]
+
+
+def sum_maps(maps: Maps, cell: int) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint64]]:
+    """Return the sums of Q and of the halves of S^2 by site and column; see `moments_summary.sum_maps`."""
+    codes = maps.codes.astype(np.uint64)
+    square = codes * codes
+    sums = np.zeros((3, cell * cell, codes.shape[1]), np.uint64)
+    for site in range(cell * cell):
+        row, column = divmod(site, cell)
+        for part, values in enumerate((maps.squares, square & np.uint64(0xFFFFFFFF), square >> np.uint64(32))):
+            sums[part, site, column::cell] = values[row::cell, column::cell].sum(axis=0)
+    return sums[0], sums[1], sums[2]

@@ -1,0 +1,268 @@
+"""Moments of a series: exact integers that merge in any order, in memory that does not grow with the frames.
+
+Raw codes are integers, so their sums and sums of squares are integers too, and adding integers is exact and
+associative: frames may arrive in any order, on any number of threads, and halves computed apart may be merged; the bits
+are the same. `finalize` turns moments into `SeriesStatistics`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from threading import Lock
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack, add_band, count_codes
+from fullwell.raw.cfa import cell as cell_of
+from fullwell.statistics.exact import sum_of_squares
+
+MOST_FRAMES: Final = 65536
+LARGEST_SIDE: Final = 65536
+LARGEST_TILE: Final = 256
+CODES: Final = 65536
+_WORD = np.uint64(0xFFFFFFFF)
+_HALF = np.uint64(32)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """How a mosaic is divided.
+
+    Parameters
+    ----------
+    height, width
+        Size of the mosaic [pixel].
+    cfa
+        Order at the top-left pixel.
+    tile
+        Edge of a tile [pixel of a plane].
+
+    """
+
+    height: int
+    width: int
+    cfa: str
+    tile: int = 64
+
+    def __post_init__(self) -> None:
+        """Refuse what the sums cannot hold."""
+        if not all(self.cell <= side <= LARGEST_SIDE for side in (self.height, self.width)):
+            raise ValueError(
+                f"a mosaic has {self.cell} to {LARGEST_SIDE} rows and columns, not {self.height} x {self.width}"
+            )
+        if not 1 <= self.tile <= LARGEST_TILE:
+            raise ValueError(f"a tile has an edge of 1 to {LARGEST_TILE} pixels, not {self.tile}")
+
+    @property
+    def cell(self) -> int:
+        """Return the period of the mosaic [pixel]."""
+        return cell_of(self.cfa)
+
+    @property
+    def sites(self) -> int:
+        """Return the number of planes."""
+        return self.cell**2
+
+    @property
+    def tiles(self) -> tuple[int, int]:
+        """Return the rows and columns of tiles of the largest plane."""
+        step = self.cell * self.tile
+        return -(-self.height // step), -(-self.width // step)
+
+    def plane(self, site: int) -> tuple[int, int]:
+        """Return the rows and columns of a plane [pixel]."""
+        row, column = divmod(site, self.cell)
+        return -((row - self.height) // self.cell), -((column - self.width) // self.cell)
+
+    def bands(self) -> tuple[Band, ...]:
+        """Return the rows of tiles, top to bottom."""
+        step = self.cell * self.tile
+        return tuple(
+            Band(top, min(top + step, self.height), self.cell, self.tile) for top in range(0, self.height, step)
+        )
+
+
+def stack_of(mosaics: Sequence[NDArray[np.uint16]]) -> Stack:
+    """Copy mosaics of one size into a block of memory."""
+    block = np.stack(mosaics).astype(np.uint16, copy=False)
+    frames, height, width = block.shape
+    codes = block.reshape(-1)
+    codes.flags.writeable = False
+    return Stack(codes, np.arange(frames, dtype=np.int64) * (height * width), width)
+
+
+class Moments:
+    """Exact sums over the frames of a series.
+
+    Frames may be added from several threads at once; other methods expect that nobody adds.
+
+    Parameters
+    ----------
+    layout
+        Size of the mosaic, its planes and tiles.
+    every_histogram
+        Whether the codes of every frame are counted (dark and bias series), or those of the first by name.
+
+    """
+
+    def __init__(self, layout: Layout, *, every_histogram: bool = False) -> None:
+        self.layout = layout
+        self.every_histogram = every_histogram
+        shape, grid = (layout.height, layout.width), (layout.sites, *layout.tiles)
+        self.maps = SeriesSums(
+            codes=np.zeros(shape, np.uint32),
+            squares=np.zeros(shape, np.uint64),
+            lowest=np.full(grid, CODES - 1, np.uint16),
+            highest=np.zeros(grid, np.uint16),
+            n_lowest=np.zeros(grid, np.int64),
+            n_highest=np.zeros(grid, np.int64),
+        )
+        self.frame_sums: dict[str, tuple[int, ...]] = {}
+        self.row_sums = np.zeros((layout.height, layout.cell), np.uint64)
+        self.column_sums = np.zeros((layout.cell, layout.width), np.uint64)
+        self.tile_sums = np.zeros(grid, np.uint64)
+        self.tile_squares = np.zeros((2, *grid), np.uint64)
+        self.row_squares = [0] * layout.sites
+        self.column_squares = [0] * layout.sites
+        self.histogram = np.zeros((layout.sites, CODES), np.int64)
+        self.histogram_frames: tuple[str, ...] = ()
+        self._bands = layout.bands()
+        self._band_locks = tuple(Lock() for _ in self._bands)
+        self._lock = Lock()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the frames, sorted."""
+        return tuple(sorted(self.frame_sums))
+
+    def add(self, names: Sequence[str], stack: Stack, *, first_band: int = 0) -> None:
+        """Add frames.
+
+        Parameters
+        ----------
+        names
+            One per frame.
+        stack
+            The frames.
+        first_band
+            Where to begin, modulo the number of bands: threads that begin apart do not wait for each other.
+
+        Raises
+        ------
+        ValueError
+            If a name is there already, or frames or their size are beyond what the sums hold.
+
+        """
+        most = max(1, (CODES - 1) // self.layout.tile)
+        if len(names) > most:
+            for start in range(0, len(names), most):
+                part = Stack(stack.codes, stack.starts[start : start + most], stack.width)
+                self.add(names[start : start + most], part, first_band=first_band)
+            return
+        self._refuse(names, stack)
+        frames = self._frame_sums(len(names))
+        counted = self._counted(names)
+        histogram = np.zeros((self.layout.sites, CODES if counted else 1), np.int64)
+        chosen = Stack(stack.codes, stack.starts[[names.index(name) for name in counted]], stack.width)
+        for step in range(len(self._bands)):
+            at = (first_band + step) % len(self._bands)
+            with self._band_locks[at]:
+                add_band(stack, self._bands[at], self.maps, frames)
+            if counted:
+                count_codes(chosen, self._bands[at], histogram)
+        with self._lock:
+            self._commit(names, frames)
+            if counted:
+                self._commit_histogram(counted, histogram)
+
+    def merge(self, other: "Moments") -> None:
+        """Add the frames of other moments of the same layout; ``other`` is left as it is.
+
+        Raises
+        ------
+        ValueError
+            If the layouts differ or a frame is in both.
+
+        """
+        if other.layout != self.layout or other.every_histogram != self.every_histogram:
+            raise ValueError("moments of different layouts cannot be merged")
+        self._refuse_names(other.names)
+        np.add(self.maps.codes, other.maps.codes, out=self.maps.codes)
+        np.add(self.maps.squares, other.maps.squares, out=self.maps.squares)
+        self._merge_extremes(other.maps)
+        self.frame_sums.update(other.frame_sums)
+        self.row_sums += other.row_sums
+        self.column_sums += other.column_sums
+        self.tile_sums += other.tile_sums
+        self.tile_squares += other.tile_squares
+        for site in range(self.layout.sites):
+            self.row_squares[site] += other.row_squares[site]
+            self.column_squares[site] += other.column_squares[site]
+        if other.histogram_frames:
+            self._commit_histogram(other.histogram_frames, other.histogram)
+
+    def _frame_sums(self, frames: int) -> FrameSums:
+        layout = self.layout
+        return FrameSums(
+            rows=np.zeros((frames, layout.height, layout.cell), np.uint64),
+            columns=np.zeros((frames, layout.cell, layout.width), np.uint64),
+            tiles=np.zeros((frames, layout.sites, *layout.tiles), np.uint64),
+        )
+
+    def _refuse(self, names: Sequence[str], stack: Stack) -> None:
+        pixels = self.layout.height * self.layout.width
+        if len(names) != stack.starts.size or stack.width != self.layout.width:
+            raise ValueError("frames and their names or sizes do not match")
+        if stack.starts.size and (stack.starts.min() < 0 or stack.starts.max() + pixels > stack.codes.size):
+            raise ValueError("a frame lies outside its block of memory")
+        with self._lock:
+            self._refuse_names(names)
+
+    def _refuse_names(self, names: Sequence[str]) -> None:
+        if len(set(names)) != len(names) or any(name in self.frame_sums for name in names):
+            raise ValueError("a frame was given twice")
+        if len(self.frame_sums) + len(names) > MOST_FRAMES:
+            raise ValueError(f"a series holds at most {MOST_FRAMES} frames")
+
+    def _counted(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return the frames whose codes are to be counted."""
+        if self.every_histogram or not names:
+            return tuple(names)
+        first, so_far = min(names), self.histogram_frames
+        return () if so_far and so_far[0] < first else (first,)
+
+    def _commit(self, names: Sequence[str], frames: FrameSums) -> None:
+        """Add the margins of some frames."""
+        cell = self.layout.cell
+        totals = frames.tiles.sum(axis=(2, 3), dtype=np.uint64)
+        for name, total in zip(names, totals.tolist(), strict=True):
+            self.frame_sums[name] = tuple(total)
+        self.row_sums += frames.rows.sum(axis=0, dtype=np.uint64)
+        self.column_sums += frames.columns.sum(axis=0, dtype=np.uint64)
+        self.tile_sums += frames.tiles.sum(axis=0, dtype=np.uint64)
+        squares = frames.tiles * frames.tiles
+        self.tile_squares[0] += (squares & _WORD).sum(axis=0, dtype=np.uint64)
+        self.tile_squares[1] += (squares >> _HALF).sum(axis=0, dtype=np.uint64)
+        for site in range(self.layout.sites):
+            row, column = divmod(site, cell)
+            self.row_squares[site] += sum_of_squares(frames.rows[:, row::cell, column])
+            self.column_squares[site] += sum_of_squares(frames.columns[:, row, column::cell])
+
+    def _commit_histogram(self, names: tuple[str, ...], histogram: NDArray[np.int64]) -> None:
+        """Add the counts of every frame, or keep those of the first by name."""
+        if self.every_histogram:
+            self.histogram += histogram
+            self.histogram_frames = tuple(sorted((*self.histogram_frames, *names)))
+        elif not self.histogram_frames or names[0] < self.histogram_frames[0]:
+            self.histogram[...] = histogram
+            self.histogram_frames = names
+
+    def _merge_extremes(self, other: SeriesSums) -> None:
+        for mine, count, theirs, their_count, lower in (
+            (self.maps.lowest, self.maps.n_lowest, other.lowest, other.n_lowest, True),
+            (self.maps.highest, self.maps.n_highest, other.highest, other.n_highest, False),
+        ):
+            beyond = theirs < mine if lower else theirs > mine
+            count[...] = np.where(beyond, their_count, np.where(theirs == mine, count + their_count, count))
+            mine[...] = np.where(beyond, theirs, mine)

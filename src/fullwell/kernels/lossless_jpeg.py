@@ -1,10 +1,11 @@
 """Samples of a lossless JPEG scan (ITU-T T.81, annex H): a compiled decoder and its readable twin.
 
+Which function: `decode_scan` to decode, `decode_scan_plain` to understand and to test.
+
 Written for speed and for safety: whatever the bytes are, nothing outside the arrays is read or written, and a scan
 that ends early or holds an impossible code is reported. Decoders that trust their input end the process instead.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numba as nb
@@ -14,97 +15,76 @@ from numpy.typing import NDArray
 _PEEK: Final = 12
 """Bits looked up at once: 16 KiB a table, which stays in the first-level cache."""
 _UNRESOLVED: Final = 255
+_FIRST: Final = 1 << _PEEK
+_COUNT: Final = _FIRST + 17
+_OFFSET: Final = _COUNT + 17
+_CATEGORY: Final = _OFFSET + 17
+_TABLE_LENGTH: Final = _CATEGORY + 256
 
 COMPLETE: Final = 0
 ENDED_EARLY: Final = 1
 IMPOSSIBLE_CODE: Final = 2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DecodingTables:
-    """Huffman tables of the components, laid out for the compiled decoder.
-
-    Parameters
-    ----------
-    fast
-        Shape (components, 4096): what the next 12 bits begin with: difference << 16 | category << 8 | bits to take.
-        Category 0 means that the difference is complete, 255 that the code is longer than 12 bits.
-    first, counts, offsets
-        Shape (components, 17): by code length, the first code, how many there are, where their categories begin.
-    categories
-        Shape (components, 256).
-
-    """
-
-    fast: NDArray[np.int32]
-    first: NDArray[np.int32]
-    counts: NDArray[np.int32]
-    offsets: NDArray[np.int32]
-    categories: NDArray[np.uint8]
-
-
-def decoding_tables(tables: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]) -> DecodingTables:
+def decoding_tables(tables: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]) -> NDArray[np.int32]:
     """Return the decoder's view of Huffman tables.
 
     Parameters
     ----------
     tables
         For each component: codes of each length 1 to 16, and the categories in the order of their codes (T.81, C.2).
+        Categories are at most 16, and no more codes than their lengths allow.
+
+    Returns
+    -------
+    ndarray
+        One row per component. First, for every value the next 12 bits can have, ``difference << 16 | category << 8 |
+        bits to take``: category 0 means that the difference is complete, 255 that the code is longer than 12 bits.
+        Then, by code length 0 to 16, the first code, the number of codes, and where their categories begin; then the
+        categories. One array, because handing over several costs more than the decoding.
 
     """
-    components = len(tables)
-    built = DecodingTables(
-        fast=np.full((components, 1 << _PEEK), _UNRESOLVED << 8, dtype=np.int32),
-        first=np.zeros((components, 17), dtype=np.int32),
-        counts=np.zeros((components, 17), dtype=np.int32),
-        offsets=np.zeros((components, 17), dtype=np.int32),
-        categories=np.zeros((components, 256), dtype=np.uint8),
-    )
-    for component, (counts, categories) in enumerate(tables):
-        built.categories[component, : len(categories)] = categories
-        code = offset = 0
-        for length, count in enumerate(counts, start=1):
-            built.first[component, length] = code
-            built.counts[component, length] = count
-            built.offsets[component, length] = offset
-            if length <= _PEEK:
-                for index in range(count):
-                    _fill(built.fast[component], code=code + index, length=length, category=categories[offset + index])
-            offset += count
-            code = (code + count) << 1
+    built = np.zeros((len(tables), _TABLE_LENGTH), dtype=np.int32)
+    for row, (counts, categories) in zip(built, tables, strict=True):
+        row[:_FIRST] = _UNRESOLVED << 8
+        row[_COUNT + 1 : _OFFSET] = counts
+        row[_CATEGORY : _CATEGORY + len(categories)] = categories
+        _fill(row)
     return built
 
 
-def _fill(fast: NDArray[np.int32], *, code: int, length: int, category: int) -> None:
+@nb.njit(cache=True, nogil=True)
+def _fill(table: NDArray[np.int32]) -> None:
+    code = 0
+    offset = 0
+    for length in range(1, 17):
+        table[_FIRST + length] = code
+        table[_OFFSET + length] = offset
+        count = table[_COUNT + length]
+        if length <= _PEEK:
+            for index in range(count):
+                _enter(table, code + index, length, table[_CATEGORY + offset + index])
+        offset += count
+        code = (code + count) << 1
+
+
+@nb.njit(cache=True, nogil=True)
+def _enter(table: NDArray[np.int32], code: int, length: int, category: np.int32) -> None:
     """Enter one code of at most 12 bits, with its difference where that fits into the 12 bits too."""
     spare = _PEEK - length
     start = code << spare
-    if category == 0:
-        fast[start : start + (1 << spare)] = length
-    elif category <= spare:
+    if 0 < category <= spare:
         width = 1 << (spare - category)
         for bits in range(1 << category):
-            difference = _extended(bits, category)
-            fast[start + bits * width : start + (bits + 1) * width] = (difference << 16) | (length + category)
+            difference = bits if bits >= 1 << (category - 1) else bits - (1 << category) + 1
+            table[start + bits * width : start + (bits + 1) * width] = (difference << 16) | (length + category)
     else:
-        fast[start : start + (1 << spare)] = (category << 8) | length
-
-
-def _extended(bits: int, category: int) -> int:
-    """Return the difference that ``category`` additional bits stand for (T.81, F.2.2.1 EXTEND).
-
-    Examples
-    --------
-    >>> [_extended(bits, 2) for bits in range(4)]
-    [-3, -2, 2, 3]
-
-    """
-    return bits if bits >= 1 << (category - 1) else bits - (1 << category) + 1
+        table[start : start + (1 << spare)] = (category << 8) | length
 
 
 def decode_scan(
     data: NDArray[np.uint8],
-    tables: DecodingTables,
+    tables: NDArray[np.int32],
     *,
     width: int,
     height: int,
@@ -119,7 +99,7 @@ def decode_scan(
     data
         The coded bytes, from the first byte after the scan header.
     tables
-        Huffman tables of the interleaved components.
+        `decoding_tables` of the interleaved components.
     width, height
         Samples per line and component; lines.
     start_value
@@ -136,64 +116,111 @@ def decode_scan(
         (height, width * components), components interleaved. Valid where the outcome is ``COMPLETE``.
 
     """
-    samples = np.empty((height, width * tables.fast.shape[0]), dtype=np.uint16)
-    outcome = _decode(
-        data,
-        tables.fast,
-        tables.first,
-        tables.counts,
-        tables.offsets,
-        tables.categories,
-        start_value,
-        predictor,
-        samples,
-    )
+    samples = np.empty((height, width * len(tables)), dtype=np.uint16)
+    outcome = _decode(data, tables, start_value, predictor, samples)
     if shift:
         samples <<= np.uint16(shift)
     return int(outcome), samples
 
 
-@nb.njit(cache=True, nogil=True)
-def _decode(
-    data: NDArray[np.uint8],
-    fast: NDArray[np.int32],
-    first: NDArray[np.int32],
-    counts: NDArray[np.int32],
-    offsets: NDArray[np.int32],
-    categories: NDArray[np.uint8],
+def decode_scan_plain(
+    data: bytes,
+    tables: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...],
+    *,
+    width: int,
+    height: int,
     start_value: int,
     predictor: int,
-    out: NDArray[np.uint16],
+    shift: int,
+) -> NDArray[np.uint16]:
+    """Do what `decode_scan` does, as annex H of T.81 tells it, one sample at a time; for whole scans only."""
+    coded = data.replace(b"\xff\x00", b"\xff")
+    bits = "".join(f"{byte:08b}" for byte in coded)
+    codes = [_codes(counts, categories) for counts, categories in tables]
+    samples = np.zeros((height, width, len(tables)), dtype=np.int64)
+    position = 0
+    for line, column, component in np.ndindex(*samples.shape):
+        length = next(n for n in range(1, 17) if bits[position : position + n] in codes[component])
+        category = codes[component][bits[position : position + length]]
+        position += length
+        additional = bits[position : position + category] if category < 16 else ""
+        position += len(additional)
+        difference = _extended(additional) if category < 16 else 32768
+        seen = samples[:, :, component]
+        if line == 0:
+            predicted = start_value if column == 0 else seen[0, column - 1]
+        elif column == 0:
+            predicted = seen[line - 1, 0]
+        else:
+            left, above, corner = seen[line, column - 1], seen[line - 1, column], seen[line - 1, column - 1]
+            predicted = (
+                left,
+                above,
+                corner,
+                left + above - corner,
+                left + ((above - corner) >> 1),
+                above + ((left - corner) >> 1),
+                (left + above) >> 1,
+            )[predictor - 1]
+        samples[line, column, component] = (predicted + difference) % 65536
+    return (samples << shift).astype(np.uint16).reshape(height, -1)
+
+
+def _codes(counts: tuple[int, ...], categories: tuple[int, ...]) -> dict[str, int]:
+    """Return the category of each code, codes written as text (T.81, C.2)."""
+    remaining = iter(categories)
+    codes: dict[str, int] = {}
+    code = 0
+    for length, count in enumerate(counts, start=1):
+        for _ in range(count):
+            codes[f"{code:0{length}b}"] = next(remaining)
+            code += 1
+        code <<= 1
+    return codes
+
+
+def _extended(bits: str) -> int:
+    """Return the difference that additional bits stand for (T.81, F.2.2.1 EXTEND).
+
+    Examples
+    --------
+    >>> [_extended(bits) for bits in ("", "00", "01", "10", "11")]
+    [0, -3, -2, 2, 3]
+
+    """
+    if not bits:
+        return 0
+    return int(bits, 2) if bits[0] == "1" else int(bits, 2) - (1 << len(bits)) + 1
+
+
+@nb.njit(cache=True, nogil=True)
+def _decode(
+    data: NDArray[np.uint8], tables: NDArray[np.int32], start_value: int, predictor: int, out: NDArray[np.uint16]
 ) -> int:
     lines, line_samples = out.shape
-    components = fast.shape[0]
+    components = tables.shape[0]
     buffer = np.uint64(0)
     held = padded = position = 0
     for line in range(lines):
         for sample in range(line_samples):
-            component = sample % components if components > 1 else 0
             if held < 32:
                 position, buffer, held, padded = _refill(data, position, buffer, held, padded)
-            entry = fast[component, (buffer >> np.uint64(held - 12)) & np.uint64(0xFFF)]
+            component = sample % components if components > 1 else 0
+            entry = np.int64(tables[component, (buffer >> np.uint64(held - _PEEK)) & np.uint64(_FIRST - 1)])
             held -= entry & 0xFF
-            category = (entry >> 8) & 0xFF
-            difference = np.int64(entry >> 16)
-            if category != 0:
-                if category == 255:
-                    window = np.int64((buffer >> np.uint64(held - 16)) & np.uint64(0xFFFF))
-                    length, category = _long_code(window, component, first, counts, offsets, categories)
-                    if length == 0:
-                        return 2
-                    held -= length
-                difference, held = _difference(buffer, held, category)
-            if line > 0 and sample >= components and predictor == 1:
-                predicted = np.int64(out[line, sample - components])
+            difference = entry >> 16
+            if entry & 0xFF00:
+                difference, held = _difference(buffer, held, component, tables, (entry >> 8) & 0xFF)
+                if held < 0:
+                    return IMPOSSIBLE_CODE
+            if line == 0:
+                predicted = np.int64(start_value) if sample < components else np.int64(out[0, sample - components])
             else:
-                predicted = _prediction(out, line, sample, components, predictor, start_value)
-            out[line, sample] = np.uint16((predicted + difference) & 0xFFFF)
+                predicted = _prediction(out, line, sample, components, predictor)
+            out[line, sample] = (predicted + difference) & 0xFFFF
         if held < padded:
-            return 1
-    return 0
+            return ENDED_EARLY
+    return COMPLETE
 
 
 @nb.njit(cache=True, nogil=True)
@@ -215,54 +242,54 @@ def _refill(
 
 
 @nb.njit(cache=True, nogil=True)
-def _long_code(
-    window: int,
-    component: int,
-    first: NDArray[np.int32],
-    counts: NDArray[np.int32],
-    offsets: NDArray[np.int32],
-    categories: NDArray[np.uint8],
-) -> tuple[int, int]:
-    """Return length and category of a code longer than 12 bits at the head of 16; length 0 where there is none."""
-    for length in range(13, 17):
-        index = (window >> (16 - length)) - first[component, length]
-        if 0 <= index < counts[component, length]:
-            return length, np.int64(categories[component, (offsets[component, length] + index) & 255])
-    return 0, 0
-
-
-@nb.njit(cache=True, nogil=True)
-def _difference(buffer: np.uint64, held: int, category: int) -> tuple[int, int]:
-    """Return the difference whose additional bits come next, and the bits then left; category 16 has none (H.1.2.2)."""
-    if category == 16:
-        return 32768, held
+def _difference(
+    buffer: np.uint64, held: int, component: int, tables: NDArray[np.int32], category: np.int64
+) -> tuple[np.int64, int]:
+    """Return the difference of a category and the bits then left in the buffer; -1 where the code is impossible."""
+    if category == _UNRESOLVED:
+        length, category = _long_code(np.int64((buffer >> np.uint64(held - 16)) & np.uint64(0xFFFF)), component, tables)
+        if length == 0:
+            return np.int64(0), -1
+        held -= length
     if category == 0:
-        return 0, held
-    held -= category
+        return np.int64(0), held
+    if category == 16:  # the one difference without additional bits (T.81, H.1.2.2)
+        return np.int64(32768), held
+    held -= int(category)
     bits = np.int64((buffer >> np.uint64(held)) & np.uint64((1 << category) - 1))
     return (bits if bits >= 1 << (category - 1) else bits - (1 << category) + 1), held
 
 
 @nb.njit(cache=True, nogil=True)
-def _prediction(
-    out: NDArray[np.uint16], line: int, sample: int, components: int, predictor: int, start_value: int
-) -> int:
-    """Return the prediction from left, above and corner (T.81, H.1.2.1 and table H.1)."""
-    if line == 0:
-        return start_value if sample < components else np.int64(out[0, sample - components])
+def _long_code(window: np.int64, component: int, tables: NDArray[np.int32]) -> tuple[int, np.int64]:
+    """Return length and category of a code longer than 12 bits at the head of 16; length 0 where there is none."""
+    for length in range(_PEEK + 1, 17):
+        index = (window >> (16 - length)) - np.int64(tables[component, _FIRST + length])
+        if 0 <= index < tables[component, _COUNT + length]:
+            return length, np.int64(tables[component, _CATEGORY + tables[component, _OFFSET + length] + index])
+    return 0, np.int64(0)
+
+
+@nb.njit(cache=True, nogil=True)
+def _prediction(out: NDArray[np.uint16], line: int, sample: int, components: int, predictor: int) -> np.int64:
+    """Return the prediction from left, above and corner, below the first line (T.81, table H.1)."""
     above = np.int64(out[line - 1, sample])
-    if sample < components or predictor == 2:
+    if sample < components:
         return above
     left = np.int64(out[line, sample - components])
     corner = np.int64(out[line - 1, sample - components])
     if predictor == 1:
-        return left
-    if predictor == 3:
-        return corner
-    if predictor == 4:
-        return left + above - corner
-    if predictor == 5:
-        return left + ((above - corner) >> 1)
-    if predictor == 6:
-        return above + ((left - corner) >> 1)
-    return (left + above) >> 1
+        predicted = left
+    elif predictor == 2:
+        predicted = above
+    elif predictor == 3:
+        predicted = corner
+    elif predictor == 4:
+        predicted = left + above - corner
+    elif predictor == 5:
+        predicted = left + ((above - corner) >> 1)
+    elif predictor == 6:
+        predicted = above + ((left - corner) >> 1)
+    else:
+        predicted = (left + above) >> 1
+    return predicted

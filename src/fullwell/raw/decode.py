@@ -133,7 +133,7 @@ def _block(layout: Layout, stored: memoryview, segment: int) -> NDArray[np.integ
 
 
 def _words(layout: Layout, stored: memoryview | bytes | bytearray, shape: tuple[int, int]) -> NDArray[np.integer]:
-    dtype = np.dtype(np.uint8) if layout.bits == 8 else np.dtype(np.uint16).newbyteorder(layout.byte_order)
+    dtype = np.dtype("u1" if layout.bits == 8 else f"{layout.byte_order}u2")
     return _exactly(np.frombuffer(stored, dtype=dtype), shape)
 
 

@@ -16,7 +16,7 @@ from fullwell.errors import UnreadableFileError
 from fullwell.raw.tags import Tag
 
 if TYPE_CHECKING:
-    from tifffile import TiffFile, TiffFrame, TiffPage, TiffTag
+    from tifffile import TiffFile, TiffPage, TiffTag
 
 _RATIONAL_TYPES: Final = (5, 10)
 _EXIF_NAMES: Final = (
@@ -127,23 +127,25 @@ def read_directories(path: Path) -> Directories:
 
 
 def _directories(tiff: "TiffFile") -> Directories:
+    from tifffile import TiffFrame  # noqa: PLC0415 - loads when used
+
     first = tiff.pages.first
-    subs = first.pages
+    subs = [page for page in first.pages or () if not isinstance(page, TiffFrame)]
     return Directories(
         byte_order=str(tiff.byteorder),
         size=int(tiff.filehandle.size),
         first=_directory(first),
-        subs=() if subs is None else tuple(_directory(page) for page in subs),
+        subs=tuple(_directory(page) for page in subs),
         exif=_exif(first),
     )
 
 
-def _directory(page: "TiffPage | TiffFrame") -> Directory:
+def _directory(page: "TiffPage") -> Directory:
     values = {tag: _plain(page.tags[tag]) for tag in Tag if tag in page.tags and tag is not Tag.EXIF_IFD}
     return Directory(values=values)
 
 
-def _exif(page: "TiffPage | TiffFrame") -> Directory:
+def _exif(page: "TiffPage") -> Directory:
     raw = page.tags[Tag.EXIF_IFD].value if Tag.EXIF_IFD in page.tags else None
     if not isinstance(raw, dict):
         return Directory(values={})

@@ -1,8 +1,7 @@
 """Finished maps become numbers in one sweep, a row of tiles at a time.
 
-For L frames with sum S and sum of squares Q at a pixel, ``D = L Q - S^2`` is an integer below 2^62, so 64-bit
-arithmetic that wraps around finds it exactly; ``D / (L (L - 1))`` is the pixel's unbiased variance over frames
-(METHOD 3.1). Sums run down each column in a fixed order and are not reassociated: the same maps give the same bits.
+For L <= 65536 frames with sum S and sum of squares Q at a pixel, L Q and S^2 are integers below 2^64, so
+``D = L Q - S^2`` is exact; ``D / (L (L - 1))`` is the pixel's unbiased variance over frames (METHOD 3.1). Sums run down each column in a fixed order and are not reassociated: the same maps give the same bits.
 `moments_summary_reference` says the same in plain NumPy.
 """
 

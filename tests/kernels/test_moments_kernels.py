@@ -1,0 +1,121 @@
+"""The compiled loops give the same bits as their readable twins."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from fullwell.kernels import moments, moments_reference, moments_summary, moments_summary_reference
+from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.moments_summary import Maps, Surface
+
+
+@st.composite
+def stacks(draw: st.DrawFn) -> tuple[Stack, Band, int]:
+    """A stack with gaps between its frames in any order, one band of it, and the frames' height."""
+    frames, cell, tile = draw(st.integers(1, 9)), draw(st.sampled_from((1, 2))), draw(st.integers(1, 5))
+    height, width = draw(st.integers(cell, 24)), draw(st.integers(cell, 24))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    gap = draw(st.integers(0, 3))
+    low, high = draw(st.sampled_from(((0, 65535), (0, 2), (65534, 65535), (500, 520))))
+    codes = rng.integers(low, high, frames * (height * width + gap), dtype=np.uint16, endpoint=True)
+    starts = rng.permutation(frames).astype(np.int64) * (height * width + gap)
+    step = cell * tile
+    top = draw(st.integers(0, (height - 1) // step)) * step
+    codes.flags.writeable = False
+    return Stack(codes, starts, width), Band(top, min(top + step, height), cell, tile), height
+
+
+def empty_sums(stack: Stack, band: Band, height: int) -> tuple[SeriesSums, FrameSums]:
+    step, sites, frames = band.cell * band.tile, band.cell**2, stack.starts.size
+    shape, grid = (height, stack.width), (sites, -(-height // step), -(-stack.width // step))
+    series = SeriesSums(
+        np.zeros(shape, np.uint32),
+        np.zeros(shape, np.uint64),
+        np.full(grid, 65535, np.uint16),
+        np.zeros(grid, np.uint16),
+        np.zeros(grid, np.int64),
+        np.zeros(grid, np.int64),
+    )
+    sums = FrameSums(
+        np.zeros((frames, height, band.cell), np.uint64),
+        np.zeros((frames, band.cell, stack.width), np.uint64),
+        np.zeros((frames, *grid), np.uint64),
+    )
+    return series, sums
+
+
+@settings(deadline=None)
+@given(stacks())
+def test_add_band_equals_its_twin(case: tuple[Stack, Band, int]) -> None:
+    stack, band, height = case
+    fast, slow = empty_sums(stack, band, height), empty_sums(stack, band, height)
+    for _twice in range(2):
+        moments.add_band(stack, band, *fast)
+        moments_reference.add_band(stack, band, *slow)
+    for mine, its in zip((*fast[0], *fast[1]), (*slow[0], *slow[1]), strict=True):
+        np.testing.assert_array_equal(mine, its)
+
+
+@settings(deadline=None)
+@given(stacks())
+def test_count_codes_equals_its_twin(case: tuple[Stack, Band, int]) -> None:
+    stack, band, _height = case
+    fast, slow = np.zeros((2, band.cell**2, 65536), np.int64)
+    moments.count_codes(stack, band, fast)
+    moments_reference.count_codes(stack, band, slow)
+    np.testing.assert_array_equal(fast, slow)
+
+
+def maps_of(stack: Stack, height: int) -> Maps:
+    frames = [
+        stack.codes[start:][: height * stack.width].reshape(height, -1).astype(np.uint64) for start in stack.starts
+    ]
+    codes, squares = np.sum(frames, axis=0), np.sum([frame * frame for frame in frames], axis=0)
+    return Maps(codes.astype(np.uint32), squares.astype(np.uint64), len(frames))
+
+
+@settings(deadline=None)
+@given(stacks(), st.integers(0, 40), st.integers(1, 64))
+def test_summaries_equal_their_twins(case: tuple[Stack, Band, int], shift: int, bins: int) -> None:
+    stack, band, height = case
+    maps = maps_of(stack, height)
+    rows = -(-(band.bottom - band.top) // band.cell)
+    rng = np.random.default_rng(height * 1000 + stack.width)
+    polynomials = rng.integers(-9, 10, (2, band.cell, rows)).astype(np.float64)
+    # Whole numbers below 2^53 stay exact in any order of summation, so the twins must agree to the bit.
+    reference = rng.integers(0, 1000, (band.cell, stack.width)).astype(np.float64)
+    surface = Surface(reference, *polynomials)
+    fast_counts, slow_counts = np.zeros((2, band.cell**2, bins), np.int64)
+    fast = moments_summary.summarize_band(maps, band, surface, shift, fast_counts)
+    slow = moments_summary_reference.summarize_band(maps, band, surface, shift, slow_counts)
+    np.testing.assert_array_equal(fast_counts, slow_counts)
+    for name, mine, its in zip(fast._fields, fast, slow, strict=True):
+        # D^2 has up to 124 bits: each of at most ten additions rounds once.
+        tolerance = 16 * np.finfo(np.float64).eps if name == "quartic" else 0.0
+        np.testing.assert_allclose(mine, its, rtol=tolerance, atol=0.0)
+
+
+@settings(deadline=None)
+@given(stacks(), st.integers(0, 2**36), st.integers(0, 2**36))
+def test_picking_and_summing_maps_equal_their_twins(case: tuple[Stack, Band, int], least: int, more: int) -> None:
+    stack, band, height = case
+    maps = maps_of(stack, height)
+    for site in range(band.cell**2):
+        at = (*divmod(site, band.cell), band.cell)
+        mine = moments_summary.pick_spreads(maps, at, least, least + more)
+        np.testing.assert_array_equal(mine, moments_summary_reference.pick_spreads(maps, at, least, least + more))
+    fast, slow = moments_summary.sum_maps(maps, band.cell), moments_summary_reference.sum_maps(maps, band.cell)
+    np.testing.assert_array_equal(np.array(fast), np.array(slow))
+
+
+@pytest.mark.parametrize("codes", [(0, 65535), (65535, 65535), (65534, 65535)])
+def test_spread_is_exact_for_the_largest_series(codes: tuple[int, int]) -> None:
+    # 65536 frames, half at each of two codes: neither L Q nor S^2 is ever larger than here.
+    half, (low, high) = 32768, codes
+    total, squares = half * (low + high), half * (low**2 + high**2)
+    maps = Maps(np.full((2, 2), total, np.uint32), np.full((2, 2), squares, np.uint64), 65536)
+    expected = 65536 * squares - total**2
+    picked: NDArray[np.uint64] = moments_summary.pick_spreads(maps, (0, 0, 1), expected, expected + 1)
+    assert picked.tolist() == [expected] * 4

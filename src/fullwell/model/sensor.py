@@ -1,0 +1,123 @@
+"""The contract between measuring and simulating: every parameter of a sensor, in the units it is thought of in.
+
+Charge is in electrons before the amplifier, levels in DN after it, and fractions are fractions.
+"""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorParameters:
+    """A sensor.
+
+    Parameters
+    ----------
+    width, height
+        Size of the mosaic [pixel].
+    cfa
+        Order at the top-left pixel, or ``mono``.
+    bit_depth
+        Bits of the converter [bit].
+    black_level
+        Level without signal per CFA site, row-major [DN].
+    white_level
+        Highest code the camera writes [DN].
+    base_iso
+        ISO at which the amplification is 1.
+    system_gain
+        DN per electron at the base ISO; grows with the ISO [DN/e-].
+    full_well
+        Charge a pixel holds [e-].
+    response
+        Electrons per unit of light for each CFA site, row-major, relative to a response of 1 [1].
+    read_noise
+        Temporal noise of each pixel before the amplifier [e-].
+    read_noise_row, read_noise_column, read_noise_frame
+        Temporal noise that a row, a column or a frame has in common, before the amplifier [e-].
+    read_noise_post
+        Temporal noise of each pixel after the amplifier [DN].
+    dark_current
+        Rate [e-/s].
+    dsnu
+        Spread of the pixels' levels, before the amplifier [e-].
+    prnu
+        Spread of the pixels' responses as a fraction [1].
+    pixel_pitch_um
+        Distance of two pixels [um].
+
+    """
+
+    width: int
+    height: int
+    cfa: str
+    bit_depth: int
+    black_level: tuple[float, ...]
+    white_level: int
+    base_iso: float
+    system_gain: float
+    full_well: float
+    response: tuple[float, ...]
+    read_noise: float = 0.0
+    read_noise_row: float = 0.0
+    read_noise_column: float = 0.0
+    read_noise_frame: float = 0.0
+    read_noise_post: float = 0.0
+    dark_current: float = 0.0
+    dsnu: float = 0.0
+    prnu: float = 0.0
+    pixel_pitch_um: float = 1.4
+
+    def system_gain_at(self, iso: float) -> float:
+        """Return DN per electron at an ISO [DN/e-]."""
+        return self.system_gain * iso / self.base_iso
+
+    def dark_noise_at(self, iso: float, exposure_s: float) -> float:
+        """Return the temporal noise of a pixel in the dark before quantization [e-].
+
+        Noise that rows, columns or the frame have in common is part of it: it moves a pixel from frame to frame as
+        its own noise does.
+
+        Parameters
+        ----------
+        iso
+            ISO.
+        exposure_s
+            Exposure, for the shot noise of the dark current [s].
+
+        Examples
+        --------
+        >>> SensorParameters(
+        ...     width=2,
+        ...     height=2,
+        ...     cfa="mono",
+        ...     bit_depth=10,
+        ...     black_level=(64.0,),
+        ...     white_level=1023,
+        ...     base_iso=100.0,
+        ...     system_gain=0.5,
+        ...     full_well=1e3,
+        ...     response=(1.0,),
+        ...     read_noise=3.0,
+        ...     read_noise_post=2.0,
+        ... ).dark_noise_at(100.0, 0.0)
+        5.0
+
+        """
+        before = self.read_noise**2 + self.read_noise_row**2 + self.read_noise_column**2 + self.read_noise_frame**2
+        after = self.read_noise_post / self.system_gain_at(iso)
+        return math.sqrt(before + self.dark_current * exposure_s + after * after)
+
+    def saturation_at(self, iso: float, site: int = 0) -> float:
+        """Return the charge at which a CFA site saturates: that of the full well or of the converter, if lower [e-].
+
+        Parameters
+        ----------
+        iso
+            ISO.
+        site
+            Position in the CFA cell, row-major.
+
+        """
+        converter = (self.white_level - self.black_level[site]) / self.system_gain_at(iso)
+        return min(self.full_well, converter)

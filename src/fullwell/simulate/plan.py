@@ -1,0 +1,85 @@
+"""The plan of a study: every frame with its name, in the order in which frames are numbered.
+
+The exposures and electrons of flats are those at the base ISO. At another ISO both are divided by the amplification,
+as a photographer compensates: the light stays the same, and so do the codes.
+"""
+
+from dataclasses import dataclass, replace
+
+from fullwell.frames.series import Kind
+from fullwell.simulate.config import SimulationConfig
+from fullwell.simulate.shot import Exposure
+from fullwell.simulate.tables import DarkTable, FlatTable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlannedFrame:
+    """One frame to be taken.
+
+    Parameters
+    ----------
+    name
+        Path relative to the study without a suffix, with forward slashes; names sort by exposure within a folder.
+    kind
+        What the frame is for.
+    exposure
+        How it is taken.
+
+    """
+
+    name: str
+    kind: Kind
+    exposure: Exposure
+
+
+def plan(config: SimulationConfig) -> tuple[PlannedFrame, ...]:
+    """Return the frames of a study: flats, darks, bias frames by ISO, then scenes."""
+    study, folders = config.study, config.study.folders
+    taken: list[tuple[str, Kind, Exposure]] = []
+    for iso in study.isos:
+        if study.flat:
+            taken += _flats(study.flat, folders.flat, iso, compensation=config.sensor.base_iso / iso)
+        if study.dark:
+            taken += _unlit(study.dark, folders.dark, iso, Kind.DARK)
+        if study.bias:
+            taken += _unlit(study.bias, folders.bias, iso, Kind.BIAS)
+    if study.scene:
+        scene, iso = study.scene, min(study.isos)
+        for subject in scene.subjects:
+            seen = Exposure(iso=iso, exposure_s=scene.exposure_s, electrons=scene.electrons, subject=subject)
+            taken.append((f"{study.folders.scene}/{subject}", Kind.SCENE, seen))
+    return tuple(
+        PlannedFrame(name=name, kind=kind, exposure=replace(exposure, frame=number))
+        for number, (name, kind, exposure) in enumerate(taken)
+    )
+
+
+def nanosecond(exposure_s: float) -> float:
+    """Return an exposure to the nanosecond, so that file names and metadata hold all of it [s]."""
+    return round(exposure_s * 1e9) / 1e9
+
+
+def _flats(table: FlatTable, folder: str, iso: int, *, compensation: float) -> list[tuple[str, Kind, Exposure]]:
+    taken: list[tuple[str, Kind, Exposure]] = []
+    for base_exposure_s, electrons in zip(table.exposures_s, table.electrons, strict=True):
+        exposure_s = nanosecond(base_exposure_s * compensation)
+        level = electrons * exposure_s / base_exposure_s
+        lit = Exposure(iso=float(iso), exposure_s=exposure_s, electrons=level)
+        taken += _burst(folder, Kind.FLAT, table.frames, lit)
+    return taken
+
+
+def _unlit(table: DarkTable, folder: str, iso: int, kind: Kind) -> list[tuple[str, Kind, Exposure]]:
+    taken: list[tuple[str, Kind, Exposure]] = []
+    for exposure_s in table.exposures_s:
+        unlit = Exposure(iso=float(iso), exposure_s=nanosecond(exposure_s))
+        taken += _burst(folder, kind, table.frames, unlit)
+    return taken
+
+
+def _burst(folder: str, kind: Kind, frames: int, exposure: Exposure) -> list[tuple[str, Kind, Exposure]]:
+    """Return the frames of one series."""
+    microseconds = f"{exposure.exposure_s * 1e6:013.3f}".removesuffix(".000").zfill(9)
+    stem = f"{folder}/ISO_{exposure.iso:.0f}/exp{microseconds}us"
+    digits = max(2, len(str(frames - 1)))
+    return [(f"{stem}_n{index:0{digits}d}", kind, exposure) for index in range(frames)]

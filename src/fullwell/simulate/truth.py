@@ -1,0 +1,189 @@
+"""The true values of what a measurement of a simulated study reports, by the definitions of the glossary."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from fullwell.model.noise import noise_coefficients
+from fullwell.model.photon_transfer import signal_at_snr, signal_to_noise
+from fullwell.model.sensor import SensorParameters
+from fullwell.raw.cfa import channels
+from fullwell.simulate.config import SimulationConfig
+from fullwell.units import (
+    DECIBEL,
+    DN,
+    DN2,
+    DN_PER_ELECTRON,
+    DN_PER_SECOND,
+    ELECTRON,
+    ELECTRON2,
+    ELECTRON_PER_SECOND,
+    ONE,
+    PERCENT,
+    STOP,
+    VOLT,
+    VOLT_PER_SECOND,
+)
+
+SNR_THRESHOLDS = (1.0, 10.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrueValue:
+    """One true value, with the names a result row has for it.
+
+    Parameters
+    ----------
+    quantity, channel, unit
+        As in a result row.
+    iso
+        None for what holds at every ISO.
+    value
+        The truth, in ``unit``.
+    snr_threshold
+        None where it does not apply.
+
+    """
+
+    quantity: str
+    channel: str
+    unit: str
+    iso: float | None
+    value: float
+    snr_threshold: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Place:
+    """One channel of one camera at one ISO; ``site`` is its place in the CFA cell."""
+
+    config: SimulationConfig
+    channel: str
+    site: int
+    iso: float
+
+    @property
+    def sensor(self) -> SensorParameters:
+        return self.config.sensor
+
+    @property
+    def system_gain(self) -> float:
+        return self.sensor.system_gain_at(self.iso)
+
+    def row(self, quantity: str, unit: str, value: float, *, snr_threshold: float | None = None) -> TrueValue:
+        return TrueValue(
+            quantity=quantity,
+            channel=self.channel,
+            unit=unit,
+            iso=self.iso,
+            value=value,
+            snr_threshold=snr_threshold,
+        )
+
+
+def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
+    """Return the true value of every figure a measurement of the study may report, in every unit it may have.
+
+    Temporal noise is that of one pixel without quantization, whatever it shares with its row, column or frame
+    included. The noise model's coefficients are those of a single frame, with DSNU and quantization, relative to the
+    white level, as the rows define them.
+    """
+    named = [*enumerate(channels(config.sensor.cfa))]
+    if len(named) > 1 and len(set(config.sensor.black_level)) == 1:
+        named.append((0, "all"))
+    rows: list[TrueValue] = []
+    for site, channel in named:
+        for iso in config.study.isos:
+            place = _Place(config=config, channel=channel, site=site, iso=float(iso))
+            for part in _PARTS:
+                rows += part(place)
+        rows += _before_and_after(config.sensor, channel)
+    return tuple(rows)
+
+
+def _levels(place: _Place) -> Iterator[TrueValue]:
+    sensor = place.sensor
+    yield place.row("black_level", DN, sensor.black_level[place.site])
+    yield place.row("white_level", DN, float(sensor.white_level))
+    yield place.row("system_gain", DN_PER_ELECTRON, place.system_gain)
+
+
+def _unlit_noise(place: _Place) -> Iterator[TrueValue]:
+    sensor = place.sensor
+    exposure_s = _shortest_unlit(place.config)
+    noises = [
+        ("read_noise", sensor.dark_noise_at(place.iso, exposure_s)),
+        ("read_noise_row", sensor.read_noise_row),
+        ("read_noise_column", sensor.read_noise_column),
+        ("dsnu", sensor.dsnu),
+    ]
+    for quantity, noise in noises:
+        noise_dn = noise * place.system_gain
+        yield place.row(quantity, ELECTRON, noise)
+        yield place.row(quantity, DN, noise_dn)
+        yield place.row(f"{quantity}_variance", ELECTRON2, noise**2)
+        yield place.row(f"{quantity}_variance", DN2, noise_dn**2)
+        if place.config.voltage_swing_v is not None:
+            yield place.row(quantity, VOLT, noise_dn * place.config.voltage_swing_v / sensor.white_level)
+
+
+def _dark_current(place: _Place) -> Iterator[TrueValue]:
+    rate = place.sensor.dark_current
+    rate_dn = rate * place.system_gain
+    yield place.row("dark_current", ELECTRON_PER_SECOND, rate)
+    yield place.row("dark_current", DN_PER_SECOND, rate_dn)
+    if place.config.voltage_swing_v is not None:
+        volts = rate_dn * place.config.voltage_swing_v / place.sensor.white_level
+        yield place.row("dark_current", VOLT_PER_SECOND, volts)
+
+
+def _response(place: _Place) -> Iterator[TrueValue]:
+    sensor = place.sensor
+    yield place.row("prnu", PERCENT, 100.0 * sensor.prnu)
+    yield place.row("prnu_variance", f"{PERCENT}^2", (100.0 * sensor.prnu) ** 2)
+    ks = noise_coefficients(
+        system_gain=place.system_gain,
+        digital_maximum=float(sensor.white_level),
+        dark_noise=sensor.dark_noise_at(place.iso, 0.0),
+        prnu=sensor.prnu,
+        offset_spread=sensor.dsnu,
+    )
+    for quantity, value in (("k_dark", ks.k_dark), ("k_shot", ks.k_shot), ("k_fpn", ks.k_fpn)):
+        yield place.row(quantity, ONE, value)
+        yield place.row(f"{quantity}_variance", ONE, value**2)
+
+
+def _range(place: _Place) -> Iterator[TrueValue]:
+    sensor, gain = place.sensor, place.system_gain
+    electrons = sensor.saturation_at(place.iso, place.site)
+    level = electrons * gain
+    dark = (sensor.dark_noise_at(place.iso, 0.0) * gain) ** 2 + (sensor.dsnu * gain) ** 2 + 1.0 / 12.0
+    snr = float(signal_to_noise(level, dark=dark, shot=gain, fixed_pattern=sensor.prnu**2))
+    yield place.row("saturation_capacity", ELECTRON, electrons)
+    yield place.row("saturation_capacity", DN, level)
+    yield place.row("snr_max", ONE, snr)
+    yield place.row("snr_max", DECIBEL, 20.0 * math.log10(snr))
+    for threshold in SNR_THRESHOLDS:
+        ratio = level / signal_at_snr(threshold, dark=dark, shot=gain, fixed_pattern=sensor.prnu**2)
+        if math.isfinite(ratio) and ratio > 0.0:
+            yield place.row("dynamic_range", ONE, ratio, snr_threshold=threshold)
+            yield place.row("dynamic_range", DECIBEL, 20.0 * math.log10(ratio), snr_threshold=threshold)
+            yield place.row("dynamic_range", STOP, math.log2(ratio), snr_threshold=threshold)
+
+
+_PARTS: tuple[Callable[[_Place], Iterator[TrueValue]], ...] = (_levels, _unlit_noise, _dark_current, _response, _range)
+
+
+def _before_and_after(sensor: SensorParameters, channel: str) -> Iterator[TrueValue]:
+    """Yield the noise before the amplifier at an amplification of 1, and that after it [DN]."""
+    shared = sensor.read_noise_row**2 + sensor.read_noise_column**2 + sensor.read_noise_frame**2
+    before = math.sqrt(sensor.read_noise**2 + shared) * sensor.system_gain
+    for quantity, value in (("read_noise_pre", before), ("read_noise_post", sensor.read_noise_post)):
+        yield TrueValue(quantity=quantity, channel=channel, unit=DN, iso=None, value=value)
+        yield TrueValue(quantity=f"{quantity}_variance", channel=channel, unit=DN2, iso=None, value=value**2)
+
+
+def _shortest_unlit(config: SimulationConfig) -> float:
+    """Return the exposure read noise is measured at [s]."""
+    table = config.study.bias or config.study.dark
+    return min(table.exposures_s) if table else 0.0

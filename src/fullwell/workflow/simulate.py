@@ -1,0 +1,160 @@
+"""A camera as raw files on disk: a config becomes a study that `characterize` reads by its folder names."""
+
+import json
+import tempfile
+from collections.abc import Generator, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Final, cast
+
+from fullwell.errors import UsageError
+from fullwell.simulate.camera import build, take
+from fullwell.simulate.config import SimulationConfig, read_config
+from fullwell.simulate.files import suffix, write_frame
+from fullwell.simulate.plan import PlannedFrame, plan
+from fullwell.simulate.shot import Camera
+from fullwell.simulate.truth import true_values
+from fullwell.workflow.executor import Progress
+
+TRUTH: Final = "truth.json"
+SCHEMA: Final = "fullwell-truth/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedStudy:
+    """What was written.
+
+    Parameters
+    ----------
+    root
+        The study's folder.
+    config
+        What was simulated.
+    frames
+        Every frame, in the order in which they are numbered.
+
+    """
+
+    root: Path
+    config: SimulationConfig
+    frames: tuple[PlannedFrame, ...]
+
+
+def simulate(config: Path, out: Path, *, workers: int, progress: Progress | None = None) -> SimulatedStudy:
+    """Write the study that a config describes as raw files, with ``truth.json`` beside them.
+
+    Parameters
+    ----------
+    config
+        TOML file (RESULTS 6).
+    out
+        Folder to write: a missing or empty one, or one that holds an earlier simulation, which is replaced.
+    workers
+        Threads; no bit of any frame depends on their number.
+    progress
+        Told of every frame; None for silence.
+
+    Raises
+    ------
+    UsageError
+        Where the config says something that is not allowed, or ``out`` must not be replaced.
+
+    """
+    return simulate_config(read_config(config), out, workers=workers, progress=progress)
+
+
+def simulate_config(
+    config: SimulationConfig, out: Path, *, workers: int, progress: Progress | None = None
+) -> SimulatedStudy:
+    """Write the study of a config that was read already; otherwise as `simulate`."""
+    frames = plan(config)
+    camera = build(config.sensor, seed=config.seed, lens=config.lens.map_for(config.sensor), flare=config.lens.flare)
+    with _fresh_folder(out) as folder:
+        _write_frames(config, camera, frames, folder, workers=workers, progress=progress)
+        document = json.dumps(truth_document(config, frames), indent=1) + "\n"
+        (folder / TRUTH).write_text(document, encoding="utf-8", newline="\n")
+    return SimulatedStudy(root=out, config=config, frames=frames)
+
+
+def truth_document(config: SimulationConfig, frames: Sequence[PlannedFrame]) -> dict[str, object]:
+    """Return what ``truth.json`` says: parameters, true values, and how every frame was taken."""
+    return {
+        "schema": SCHEMA,
+        "seed": config.seed,
+        "camera": {"name": config.name, "voltage_swing_v": config.voltage_swing_v, **asdict(config.sensor)},
+        "lens": asdict(config.lens),
+        "truth": [asdict(value) for value in true_values(config)],
+        "frames": [
+            {"path": f"{frame.name}{suffix(config)}", "kind": frame.kind.value, **asdict(frame.exposure)}
+            for frame in frames
+        ],
+    }
+
+
+def _write_frames(
+    config: SimulationConfig,
+    camera: Camera,
+    frames: Sequence[PlannedFrame],
+    folder: Path,
+    *,
+    workers: int,
+    progress: Progress | None,
+) -> None:
+    if progress is not None:
+        progress.start(len(frames))
+
+    def write(frame: PlannedFrame) -> None:
+        write_frame(folder, frame.name, take(camera, frame.exposure), config, frame.exposure)
+        if progress is not None:
+            progress.advance()
+
+    with ThreadPoolExecutor(max_workers=max(workers, 1), thread_name_prefix="simulate") as pool:
+        futures = [pool.submit(write, frame) for frame in frames]
+        try:
+            _wait_for(futures)
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _wait_for(futures: Sequence[Future[None]]) -> None:
+    done, _ = wait(futures, return_when=FIRST_EXCEPTION)
+    for future in done:
+        future.result()
+
+
+@contextmanager
+def _fresh_folder(out: Path) -> Generator[Path]:
+    """Provide a folder beside ``out`` that takes its place once it is complete."""
+    target = out.resolve()
+    _require_replaceable(target, out)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(
+        prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
+    ) as workshop:
+        fresh = Path(workshop) / "fresh"
+        fresh.mkdir()
+        yield fresh
+        if target.exists():
+            target.rename(Path(workshop) / "former")
+        fresh.rename(target)
+
+
+def _require_replaceable(target: Path, out: Path) -> None:
+    if target.exists() and not target.is_dir():
+        raise UsageError(f"{out} is a file; name a folder for the frames with -o.")
+    if target.is_dir() and any(target.iterdir()) and not _holds_simulation(target):
+        raise UsageError(
+            f"{out} holds something other than simulated frames and is left untouched; "
+            "name a new or empty folder with -o."
+        )
+
+
+def _holds_simulation(folder: Path) -> bool:
+    try:
+        document: object = json.loads((folder / TRUTH).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(document, dict) and cast("dict[str, object]", document).get("schema") == SCHEMA

@@ -18,6 +18,10 @@ MAX_CLIPPED: Final = 1e-3
 """Share of the pixels on the lowest code above which a variance is not to be trusted (METHOD 0)."""
 _MISSING: Final = 10.0
 """Values that must be missing below the lowest code before it counts as a rail."""
+_MISSING_SHARE: Final = 2e-4
+"""The same as a share of all values; less does no harm to a variance."""
+_STILL: Final = 1e-10
+"""Squared step, in squared standard errors, at which the likelihood stands still."""
 _BODY: Final = 0.84
 """Quantile above which codes are pooled when looking for a rail, so that hot pixels do not count."""
 
@@ -92,7 +96,9 @@ def fit_censored_normal(
     )
 
 
-def is_clipped_low(first_code: int, counts: NDArray[np.int64], *, step: int = 1) -> bool:
+def is_clipped_low(
+    first_code: int, counts: NDArray[np.int64], *, step: int = 1, suspected_rail: int | None = None
+) -> bool:
     """Return whether the lowest code is a rail: over 0.1 % of the values on it, and a tail missing below it.
 
     Parameters
@@ -103,12 +109,16 @@ def is_clipped_low(first_code: int, counts: NDArray[np.int64], *, step: int = 1)
         Shape (codes,), the first one populated.
     step
         Distance of two codes that occur [DN].
+    suspected_rail
+        A code that may be a rail for reasons of its own, such as a declared black level; it decides where the
+        histogram cannot.
 
     Notes
     -----
     A narrow distribution that is not cut, noise 0.3 DN say, has many values on its lowest code as well. The two are
     told apart by what should lie below: a censored normal, which fits whether or not there is a rail, must put more
-    than ten values there. With only two populated codes there is nothing to fit; then only code 0 counts as a rail.
+    than ten values, and 0.02 % of all, there. That takes two more codes with over 0.1 % of the values; with fewer
+    the histogram cannot tell, and only code 0 or the suspected rail counts as one.
 
     """
     cells = np.asarray(counts, np.int64)[::step]
@@ -117,13 +127,13 @@ def is_clipped_low(first_code: int, counts: NDArray[np.int64], *, step: int = 1)
         return False
     if first_code == 0:
         return True
+    if cells.size < 3 or cells[1:3].min() <= MAX_CLIPPED * total:
+        return first_code == suspected_rail
     body = max(int(np.searchsorted(np.cumsum(cells), _BODY * total)), 2)
     pooled = np.append(cells[:body], cells[body:].sum())
-    if np.count_nonzero(pooled) < 3:
-        return False
     fit = fit_censored_normal(0, pooled, clipped_low=True, clipped_high=True)
-    below = float(log_ndtr((-0.5 - fit.mean.value) / fit.noise.value))
-    return total * np.exp(below) > _MISSING
+    below = float(np.exp(log_ndtr((-0.5 - fit.mean.value) / fit.noise.value)))
+    return below > max(_MISSING_SHARE, _MISSING / total)
 
 
 def code_step(counts: NDArray[np.int64]) -> int:
@@ -154,7 +164,7 @@ def _maximize(cells: Array, lower: Array, upper: Array) -> tuple[Array, Array, b
     for _ in range(200):
         step: Array = np.asarray(np.linalg.solve(information, score), np.float64)
         step /= max(1.0, abs(step[0]) / (2.0 * np.exp(parameters[1])), abs(step[1]) / 0.7)
-        if float(step @ information @ step) < 1e-16 * max(1.0, total):
+        if float(step @ information @ step) < _STILL:
             return parameters, information, True
         factor = 1.0
         while factor > 1e-6:

@@ -200,6 +200,7 @@ def fit_burst_photon_transfer(
     *,
     frames: ArrayLike,
     n: ArrayLike | None,
+    mean_square_dn2: ArrayLike | None = None,
     pattern_pixels: float | None = None,
     reject_outliers: bool = True,
 ) -> BurstPhotonTransferFit:
@@ -217,6 +218,9 @@ def fit_burst_photon_transfer(
         L of each point.
     n
         Pixel values (pixels x frames) behind each point; None leaves the low-signal weights out.
+    mean_square_dn2
+        Mean of the squared signal over the pixels of each point, where it varies over them (shading); the squared
+        signal by default, shape (N,) [DN^2].
     pattern_pixels
         Distinct pixels behind all points, where the same pixels were seen at several exposures: their pattern is one
         draw, so C and E are never known better than sqrt(2 / pattern_pixels), whatever the number of exposures. None
@@ -241,7 +245,7 @@ def fit_burst_photon_transfer(
         share = 1.0 / _each(n, signal)
         low_signal = np.concatenate([share, share / per_point**2])
     checked = fit_checked(
-        burst_design(signal, per_point),
+        burst_design(signal, per_point, signal**2 if mean_square_dn2 is None else _each(mean_square_dn2, signal)),
         np.concatenate([temporal, _each(spatial_variance_dn2, signal)]),
         np.concatenate([_each(temporal_dof, signal), _each(spatial_dof, signal)]),
         low_signal=low_signal,
@@ -259,11 +263,11 @@ def fit_burst_photon_transfer(
     )
 
 
-def burst_design(signal_dn: Array, frames: Array) -> Array:
+def burst_design(signal_dn: Array, frames: Array, mean_square_dn2: Array) -> Array:
     """Return the columns for A, B, C, E: temporal rows first, then spatial rows; shape (..., 2 N, 4)."""
     one, none = np.ones_like(signal_dn), np.zeros_like(signal_dn)
     temporal = np.stack([one, signal_dn, none, none], axis=-1)
-    spatial = np.stack([one / frames, signal_dn / frames, signal_dn**2, one], axis=-1)
+    spatial = np.stack([one / frames, signal_dn / frames, mean_square_dn2, one], axis=-1)
     return np.concatenate([temporal, spatial], axis=-2)
 
 

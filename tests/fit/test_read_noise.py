@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fullwell.fit.read_noise import analogue_read_noise, phase_effect, unrounded_noise
+from fullwell.model.quantization import rounded_variance
+from fullwell.units import DN2, Measured
+
+
+@pytest.mark.parametrize(("noise", "tolerance"), [(0.5, 0.01), (0.3, 0.01), (0.2, 0.01), (0.12, 0.02)])
+def test_T11_rounding_is_inverted(noise, tolerance):  # noqa: N802 - METHOD's name of the test
+    rng = np.random.default_rng(11)
+    pixels, frames = 400_000, 4
+    level = 64.0 + 0.6 * rng.standard_normal(pixels)
+    codes = np.rint(level + noise * rng.standard_normal((frames, pixels)))
+    variances = codes.var(axis=0, ddof=1)
+    measured = Measured.normal(float(variances.mean()), float(variances.std() / np.sqrt(pixels)), DN2)
+    found = analogue_read_noise(measured, spatial_spread_dn=0.6)
+    assert abs(found.noise.value / noise - 1.0) <= tolerance
+    assert abs(found.noise.value - noise) <= 4.0 * found.noise.std_error
+    assert not found.quantization_limited
+
+
+def test_unknown_phase_leaves_an_interval_that_holds_the_truth():
+    for noise in (0.1, 0.2, 0.3):
+        for phase in (0.0, 0.1, 0.25, 0.4, 0.5):
+            rng = np.random.default_rng(33)
+            codes = np.rint(phase + noise * rng.standard_normal((4, 100_000)))
+            measured = Measured.normal(float(codes.var(axis=0, ddof=1).mean()), 1e-3, DN2)
+            found = analogue_read_noise(measured, spatial_spread_dn=0.0)
+            assert found.noise.ci95[0] <= noise + 1e-9 or not found.quantization_limited
+            assert found.noise.ci95[1] >= noise - 0.005
+            if measured.value < rounded_variance(0.35):
+                assert found.quantization_limited
+                assert found.flags == ("quantization-limited",)
+
+
+def test_phase_effect_fades_with_noise_and_with_spread():
+    effects = [phase_effect(noise) for noise in (0.3, 0.4, 0.5, 0.7, 1.0)]
+    assert effects == sorted(effects, reverse=True)
+    assert effects[-1] < 1e-6
+    assert phase_effect(0.3, spread=0.5) < 0.01 * phase_effect(0.3)
+
+
+def test_phase_joins_the_error_where_levels_do_not_spread():
+    measured = Measured.normal(rounded_variance(0.4), 1e-4, DN2)
+    narrow = analogue_read_noise(measured, spatial_spread_dn=0.0)
+    wide = analogue_read_noise(measured, spatial_spread_dn=1.0)
+    assert narrow.noise.value == pytest.approx(wide.noise.value)
+    assert narrow.noise.std_error > 10.0 * wide.noise.std_error
+
+
+def test_published_number_of_the_real_sensor():
+    """imx541: 0.886 DN with quantization, 0.838 without."""
+    found = analogue_read_noise(Measured.normal(0.886**2, 1e-5, DN2), spatial_spread_dn=0.3)
+    assert found.noise.value == pytest.approx(0.838, abs=5e-4)
+
+
+def test_a_variance_of_zero_is_an_upper_limit():
+    found = analogue_read_noise(Measured.normal(0.0, 1e-6, DN2), spatial_spread_dn=1.0)
+    assert found.noise.value == 0.0
+    assert found.noise.std_error is None
+    assert "upper-limit" in found.flags
+
+
+@given(noise=st.floats(0.02, 30.0), step=st.sampled_from([0.25, 1.0, 4.0, 16.0]))
+def test_inversion_undoes_the_rounding_law(noise, step):
+    assert unrounded_noise(rounded_variance(noise * step, step=step), step=step) == pytest.approx(
+        noise * step, rel=1e-9
+    )

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from fullwell.figures.results import Column, Curve, Row
 from fullwell.figures.saturation import SaturationLevel, plateau, temporal_variance_peak
 from fullwell.figures.snr import snr_curve, snr_maximum
 from fullwell.findings import Finding, Severity
-from fullwell.units import DN, ELECTRON, ONE
+from fullwell.units import DN, ELECTRON, ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.noise_coefficients import ChannelModel
@@ -73,6 +73,8 @@ def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[S
         signal, np.array([plane.temporal_variance for plane in planes]), clipped, ceiling_dn=ceiling_dn
     )
     errors = np.array([plane.frame_means.std(ddof=1) / math.sqrt(plane.frames) for plane in planes])
+    if "lower-bound" in peak.flags:
+        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN))
     return peak, plateau(signal, clipped, errors) if len(flats) > 1 else None
 
 
@@ -108,9 +110,15 @@ def _saturation_rows(
                 flags=found.flags,
                 recommended=recommended,
             )
-            for measured in (found.signal, to_electrons(found.signal, gain))
+            for measured in (found.signal, _in_electrons(found, gain))
         ]
     return tuple(rows)
+
+
+def _in_electrons(found: SaturationLevel, gain: Measured) -> Measured:
+    if found.signal.std_error is None:
+        return Measured.exact(found.signal.value / gain.value, ELECTRON)
+    return to_electrons(found.signal, gain)
 
 
 def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: SaturationLevel) -> tuple[Row, ...]:
@@ -126,7 +134,7 @@ def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: Satura
             recommended = method == "noise-model"
             rows += [
                 write("snr_max", channel, method, measured, source="METHOD 7", flags=flags, recommended=recommended)
-                for measured in (found.decibel, found.plain)
+                for measured in _bounded(peak, found.decibel, found.plain)
             ]
     for threshold in SNR_THRESHOLDS:
         found = _range(model, peak, threshold)
@@ -142,9 +150,16 @@ def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: Satura
                     flags=flags,
                     recommended=True,
                 )
-                for measured in (found.decibel, found.stops, found.plain)
+                for measured in _bounded(peak, found.decibel, found.stops, found.plain)
             ]
     return tuple(rows)
+
+
+def _bounded(peak: SaturationLevel, *figures: Measured) -> tuple[Measured, ...]:
+    """Return the figures, without an interval where saturation was not reached: then they are lower bounds."""
+    if "lower-bound" in peak.flags:
+        return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
+    return figures
 
 
 def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio | None:

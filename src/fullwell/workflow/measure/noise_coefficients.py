@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
-from fullwell.fit.photon_transfer import BurstPhotonTransferFit, fit_burst_photon_transfer
+from fullwell.fit.photon_transfer import fit_burst_photon_transfer
 from fullwell.fit.pooling import pool_channels
 from fullwell.units import ONE, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
@@ -62,20 +62,18 @@ def measure_noise_coefficients(
 
 def _model(level: ChannelLevels, transfer: ChannelTransfer) -> ChannelModel | None:
     chosen = [point for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good]
-    tiles = [_tile_arrays(point, level) for point in chosen]
-    signal, temporal, temporal_dof, spatial, spatial_dof, pixels, frames = (
-        np.concatenate([one[part] for one in tiles]) for part in range(7)
-    )
-    if signal.size < 4:
+    pooled = [one for point in chosen if (one := _pool(point, level)) is not None]
+    if len(pooled) < 3:
         return None
-    fit: BurstPhotonTransferFit = fit_burst_photon_transfer(
-        signal,
-        temporal,
-        temporal_dof,
-        spatial,
-        spatial_dof,
-        frames=frames,
-        n=pixels * frames,
+    fit = fit_burst_photon_transfer(
+        [one.signal_dn for one in pooled],
+        [one.temporal_dn2 for one in pooled],
+        [one.temporal_dof for one in pooled],
+        [one.spatial_dn2 for one in pooled],
+        [one.spatial_dof for one in pooled],
+        frames=[one.frames for one in pooled],
+        n=[one.n for one in pooled],
+        mean_square_dn2=[one.mean_square_dn2 for one in pooled],
         pattern_pixels=float(chosen[-1].burst.plane(level.channel).n),
     )
     coefficients, covariance = fit.single_frame()
@@ -85,23 +83,42 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer) -> ChannelModel | No
         covariance=covariance,
         dof=fit.dof,
         misfit=fit.misfit,
-        n=int((pixels * frames).sum()),
+        n=sum(one.n for one in pooled),
     )
 
 
-def _tile_arrays(point: TransferPoint, level: ChannelLevels) -> tuple[NDArray[np.float64], ...]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PooledBurst:
+    """One burst: temporal and detrended spatial variance, pooled over its admitted tiles."""
+
+    signal_dn: float
+    mean_square_dn2: float
+    temporal_dn2: float
+    temporal_dof: float
+    spatial_dn2: float
+    spatial_dof: float
+    frames: int
+    n: int
+
+
+def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
     plane = point.burst.plane(level.channel)
     tiles = plane.tiles
     clipped = clipped_share(tiles, level.white_dn, plane.frames) > MAX_CLIPPED_FRACTION
     chosen = ~clipped & (tiles.spatial_dof > 0) & (tiles.temporal_dof > 0)
-    return (
-        tiles.mean[chosen] - level.black_dn,
-        tiles.temporal_variance[chosen],
-        tiles.temporal_dof[chosen].astype(np.float64),
-        tiles.spatial_variance[chosen],
-        tiles.spatial_dof[chosen].astype(np.float64),
-        tiles.n[chosen].astype(np.float64),
-        np.full(int(chosen.sum()), float(plane.frames)),
+    if not chosen.any():
+        return None
+    pixels, signal = tiles.n[chosen], tiles.mean[chosen] - level.black_dn
+    temporal_dof, spatial_dof = tiles.temporal_dof[chosen], tiles.spatial_dof[chosen]
+    return _PooledBurst(
+        signal_dn=float((pixels * signal).sum() / pixels.sum()),
+        mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
+        temporal_dn2=float((temporal_dof * tiles.temporal_variance[chosen]).sum() / temporal_dof.sum()),
+        temporal_dof=float(temporal_dof.sum()),
+        spatial_dn2=float((spatial_dof * tiles.spatial_variance[chosen]).sum() / spatial_dof.sum()),
+        spatial_dof=float(spatial_dof.sum()),
+        frames=plane.frames,
+        n=int(pixels.sum()) * plane.frames,
     )
 
 

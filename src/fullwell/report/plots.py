@@ -28,8 +28,11 @@ WIDTH_IN: Final = 9.2
 INK: Final = "#1f2933"
 QUIET: Final = "#7b8794"
 PAPER: Final = "#ffffff"
-DENSE: Final = 600
+DENSE: Final = 150
 """Points from which on a scatter is drawn as pixels inside the vector picture."""
+
+_FEW_DECADES: Final = 50.0
+"""Ratio of ends up to which a logarithmic axis is labelled at 1, 2 and 5."""
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "none"]
 
@@ -101,9 +104,9 @@ def canvas(rows: int, columns: int, *, height_in: float) -> tuple[Figure, list[A
     return figure, [one for line in axes for one in line]
 
 
-def grid_of(count: int, *, panel_height_in: float, most_columns: int = 3) -> tuple[Figure, list[Axes]]:
-    """Return a figure with ``count`` panels; what is left over of the last row stays empty."""
-    columns = min(count, most_columns)
+def grid_of(count: int, *, panel_height_in: float, columns: int | None = None) -> tuple[Figure, list[Axes]]:
+    """Return a figure with ``count`` panels, three in a row if not told; what is left over stays empty."""
+    columns = columns or min(count, 3)
     rows = math.ceil(count / columns)
     figure, axes = canvas(rows, columns, height_in=panel_height_in * rows + 0.35)
     for spare in axes[count:]:
@@ -135,8 +138,19 @@ def key(label: str, *, color: str = INK, linestyle: LineStyle = "-", marker: str
     return Line2D([], [], color=color, linestyle=linestyle, marker=marker, label=label, markerfacecolor="none")
 
 
-def iso_axis(axes: Axes, isos: Iterable[float]) -> None:
-    """Make the abscissa the ISO: logarithmic, one tick per ISO measured, labels that do not touch."""
+def iso_axis(axes: Axes, isos: Iterable[float], *, label_share: float) -> None:
+    """Make the abscissa the ISO: logarithmic, one tick per ISO measured, labels that do not touch.
+
+    Parameters
+    ----------
+    axes
+        To change.
+    isos
+        Those measured.
+    label_share
+        Width of a label as a share of the width of the panel [1].
+
+    """
     known = sorted({iso for iso in isos if math.isfinite(iso)})
     axes.set_xlabel("ISO")
     if not known or known[0] <= 0.0:
@@ -145,38 +159,59 @@ def iso_axis(axes: Axes, isos: Iterable[float]) -> None:
     axes.xaxis.set_major_locator(NullLocator())
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlim(known[0] / 1.25, known[-1] * 1.25)
-    axes.set_xticks(_spaced(known), [f"{iso:g}" for iso in _spaced(known)])
+    labelled = _spaced(known, label_share)
+    axes.set_xticks(labelled, [f"{iso:g}" for iso in labelled])
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _spaced(isos: Sequence[float]) -> list[float]:
-    """Return the ISOs that can be labelled without touching: the ends, and what lies far enough between."""
-    apart = max(0.09 * math.log2(isos[-1] / isos[0]), 1e-9)
+def _spaced(isos: Sequence[float], label_share: float) -> list[float]:
+    """Return the ISOs that can be labelled without touching: the ends, and from the left what keeps its distance."""
+    apart = label_share * math.log2(1.6 * isos[-1] / isos[0])
     kept = [isos[0]]
-    kept += [iso for iso in isos[1:-1] if _enough(iso, kept[-1], apart) and _enough(isos[-1], iso, apart)]
     for iso in isos[1:-1]:
-        if iso not in kept and all(abs(math.log2(iso / other)) >= apart for other in (*kept, isos[-1])):
+        if math.log2(iso / kept[-1]) >= apart and math.log2(isos[-1] / iso) >= apart:
             kept.append(iso)
     return sorted({*kept, isos[-1]})
 
 
-def _enough(upper: float, lower: float, apart: float) -> bool:
-    return math.log2(upper / lower) >= apart
+def beside(iso: NDArray[np.float64], index: int, count: int) -> NDArray[np.float64]:
+    """Return the ISOs of one of ``count`` channels, moved a little so that channels stand side by side."""
+    return iso * 1.03 ** (index - (count - 1) / 2.0)
 
 
 def log_axis(axes: Axes, which: str) -> None:
-    """Make an axis logarithmic with plain numbers at few decades, never two labels in one place."""
+    """Make an axis logarithmic, with plain numbers at few places: call it when all is drawn and limits are set."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
-    axis.set_major_locator(LogLocator(numticks=7))
+    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
+    subs = (1.0, 2.0, 5.0) if high < _FEW_DECADES * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=7 * len(subs)))
     axis.set_major_formatter(FuncFormatter(_decade))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def _decade(value: float, _position: int | None) -> str:
     if 1e-3 <= value < 1e5:
         return f"{value:g}" if value < 1e4 else f"{value:,.0f}".replace(",", "\N{THIN SPACE}")
     return f"$10^{{{round(math.log10(value))}}}$" if value > 0.0 else "0"
+
+
+def stepped(codes: NDArray[np.float64], counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a histogram to draw as steps: codes ascending, no line where a code is missing or empty.
+
+    Parameters
+    ----------
+    codes, counts
+        Shape (codes,); codes that do not occur may be left out [DN].
+
+    """
+    order = np.argsort(codes)
+    codes, counts = codes[order], np.where(counts[order] > 0.0, counts[order], np.nan)
+    steps = np.diff(codes)
+    width = float(steps.min()) if steps.size else 1.0
+    gaps = np.flatnonzero(steps > 1.5 * width)
+    codes = np.insert(codes, gaps + 1, codes[gaps] + width)
+    return codes, np.insert(counts, gaps + 1, np.nan)
 
 
 def finite_range(*arrays: NDArray[np.float64], positive: bool = False) -> tuple[float, float] | None:
@@ -187,6 +222,13 @@ def finite_range(*arrays: NDArray[np.float64], positive: bool = False) -> tuple[
     return (float(every.min()), float(every.max())) if every.size else None
 
 
+def thinned(order: NDArray[np.intp], most: int = 120) -> NDArray[np.intp]:
+    """Return at most ``most`` of the ordered indices, both ends kept: enough for a smooth line."""
+    if len(order) <= most:
+        return order
+    return order[np.unique(np.linspace(0, len(order) - 1, most).round().astype(np.intp))]
+
+
 def iso_title(iso: float | str | None) -> str:
     """Return the title of the panel of one ISO."""
     return show_iso(iso if isinstance(iso, (int, float)) else None)
@@ -194,19 +236,27 @@ def iso_title(iso: float | str | None) -> str:
 
 def vector_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     """Return a drawing as SVG; dense scatters inside it are pixels."""
+    _settle(figure)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    figure.savefig(buffer, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
     encoded = base64.b64encode(buffer.getvalue()).decode("ascii")
     return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
 
 
 def pixel_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     """Return a drawing with images in it as PNG of few colours."""
+    _settle(figure)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=190)
+    figure.savefig(buffer, format="png", dpi=150)
     packed = io.BytesIO()
-    Image.open(buffer).convert("RGB").quantize(colors=96, dither=Image.Dither.NONE).save(
-        packed, format="PNG", optimize=True
-    )
+    Image.open(buffer).convert("RGB").quantize(colors=64, dither=Image.Dither.NONE).save(packed, format="PNG")
     encoded = base64.b64encode(packed.getvalue()).decode("ascii")
     return Picture(uri=f"data:image/png;base64,{encoded}", alt=alt, caption=caption)
+
+
+def _settle(figure: Figure) -> None:
+    """Lay the figure out once: saving would otherwise draw everything a second time for it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")

@@ -11,6 +11,7 @@ from fullwell.report.pictures import DarkZoom, DifferencePicture
 from fullwell.report.plots import (
     INK,
     Picture,
+    beside,
     canvas,
     channel_legend,
     color_of,
@@ -22,6 +23,7 @@ from fullwell.report.plots import (
     log_axis,
     marker_of,
     pixel_picture,
+    stepped,
     vector_picture,
 )
 
@@ -68,10 +70,8 @@ def dark_histogram(table: Table, black_levels: Mapping[tuple[float | None, str],
     figure, panels = grid_of(len(groups), panel_height_in=2.35)
     for axes, (iso, part) in zip(panels, groups, strict=True):
         for channel, points in part.split("channel"):
-            code, count = points.numbers("code"), points.numbers("count")
             axes.plot(
-                code,
-                np.where(count > 0.0, count, np.nan),
+                *stepped(points.numbers("code"), points.numbers("count")),
                 drawstyle="steps-mid",
                 color=color_of(str(channel)),
                 linewidth=1.1,
@@ -111,10 +111,12 @@ def read_noise_against_iso(table: Table) -> Picture:
     """Draw read noise against ISO in DN with the amplifier model, and in electrons."""
     electrons = bool(np.isfinite(table.numbers("read_noise_e")).any())
     figure, panels = canvas(1, 2 if electrons else 1, height_in=3.5)
-    for channel, points in table.split("channel"):
+    groups = list(table.split("channel"))
+    for index, (channel, points) in enumerate(groups):
         iso, color, marker = points.numbers("iso"), color_of(str(channel)), marker_of(str(channel))
+        aside = beside(iso, index, len(groups))
         panels[0].errorbar(
-            iso,
+            aside,
             points.numbers("read_noise"),
             yerr=points.numbers("std_error"),
             linestyle="",
@@ -125,14 +127,14 @@ def read_noise_against_iso(table: Table) -> Picture:
         panels[0].plot(iso, points.numbers("fitted"), color=color, linewidth=1.2)
         if electrons:
             panels[1].plot(
-                iso, points.numbers("read_noise_e"), linestyle="--", linewidth=0.8, marker=marker, color=color
+                aside, points.numbers("read_noise_e"), linestyle="--", linewidth=0.8, marker=marker, color=color
             )
     panels[0].set(ylabel="Read noise [DN]", title="In raw values, with the amplifier model")
     if electrons:
         panels[1].set(ylabel="Read noise [e⁻]", title="In electrons")
     for axes in panels:
-        iso_axis(axes, table.numbers("iso"))
-        axes.set_ylim(bottom=0.0)
+        iso_axis(axes, table.numbers("iso"), label_share=0.07)
+        axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     extra = [key("fit")] if np.isfinite(table.numbers("fitted")).any() else []
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], extra)
     return vector_picture(
@@ -148,7 +150,7 @@ def read_noise_against_iso(table: Table) -> Picture:
 
 def difference(picture: DifferencePicture) -> Picture:
     """Draw the difference of two frames with its regions marked, and their histograms."""
-    figure, (left, right) = canvas(1, 2, height_in=3.9)
+    figure, (left, right) = canvas(1, 2, height_in=4.1)
     image = np.asarray(picture.image, float)
     spread = 3.5 * float(np.nanstd(np.clip(image, *np.nanpercentile(image, (0.1, 99.9))))) or 1.0
     shown = left.imshow(image, cmap="gray", vmin=-spread, vmax=spread, interpolation="nearest")
@@ -169,8 +171,7 @@ def difference(picture: DifferencePicture) -> Picture:
         )
         share = region.counts / max(int(region.counts.sum()), 1)
         right.plot(
-            region.codes,
-            np.where(share > 0.0, share, np.nan),
+            *stepped(np.asarray(region.codes, float), share),
             drawstyle="steps-mid",
             color=color,
             linewidth=1.3,
@@ -178,7 +179,7 @@ def difference(picture: DifferencePicture) -> Picture:
         )
     if picture.regions:
         log_axis(right, "y")
-        right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=1 + (len(picture.regions) > 1))
+        right.legend(loc="lower center")
     right.set(xlabel="Difference [DN]", ylabel="Share of pixels")
     right.set_title("Histogram by region")
     first, second = picture.frames
@@ -195,7 +196,7 @@ def difference(picture: DifferencePicture) -> Picture:
 
 def zooms(pictures: tuple[DarkZoom, ...]) -> Picture:
     """Draw magnified pieces of mean dark frames."""
-    figure, panels = grid_of(len(pictures), panel_height_in=2.9)
+    figure, panels = grid_of(len(pictures), panel_height_in=2.9, columns=3)
     for axes, picture in zip(panels, pictures, strict=True):
         image = np.asarray(picture.image, float)
         limits = finite_range(image) or (0.0, 1.0)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
+import numpy as np
 from matplotlib.axes import Axes
 
 from fullwell import glossary
@@ -10,13 +11,16 @@ from fullwell.figures.results import Row
 from fullwell.report.numbers import show_unit
 from fullwell.report.plots import (
     Picture,
+    beside,
     channel_legend,
     color_of,
     grid_of,
     iso_axis,
+    log_axis,
     marker_of,
     vector_picture,
 )
+from fullwell.units import DECIBEL, STOP
 
 Panels: TypeAlias = Mapping[tuple[str, str], Sequence[Row]]
 """Rows of one (quantity, unit), several ISOs and channels."""
@@ -32,7 +36,7 @@ def against_iso(panels: Panels, *, alt: str, caption: str) -> Picture:
         title = entry.title if entry else quantity
         one.set_title(_wrapped(title))
         one.set_ylabel(f"[{show_unit(unit) or '1'}]")
-        iso_axis(one, [row.iso for row in rows if row.iso is not None])
+        iso_axis(one, [row.iso for row in rows if row.iso is not None], label_share=0.11)
         channels |= {row.channel for row in rows}
     channel_legend(figure, channels)
     return vector_picture(figure, alt=alt, caption=caption)
@@ -47,9 +51,10 @@ def _wrapped(title: str, longest: int = 34) -> str:
 
 
 def _panel(axes: Axes, rows: Sequence[Row]) -> None:
-    for channel in dict.fromkeys(row.channel for row in rows):
+    channels = list(dict.fromkeys(row.channel for row in rows))
+    for index, channel in enumerate(channels):
         mine = sorted((row for row in rows if row.channel == channel), key=lambda row: row.iso or 0.0)
-        iso = [row.iso or 0.0 for row in mine]
+        iso = beside(np.array([row.iso or 0.0 for row in mine]), index, len(channels))
         value = [row.measured.value for row in mine]
         ends = [row.measured.ci95 or (row.measured.value, row.measured.value) for row in mine]
         lower = [max(one - low, 0.0) for one, (low, _) in zip(value, ends, strict=True)]
@@ -64,5 +69,15 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
             linewidth=0.9,
             elinewidth=0.9,
         )
-    axes.locator_params(axis="y", nbins=5)
     axes.margins(y=0.15)
+    if _spans_decades(rows):
+        log_axis(axes, "y")
+    else:
+        axes.locator_params(axis="y", nbins=5)
+
+
+def _spans_decades(rows: Sequence[Row]) -> bool:
+    """Tell whether the values ask for a logarithmic scale: all clearly positive, eightfold apart, not one already."""
+    lowest = min((row.measured.ci95 or (row.measured.value,))[0] for row in rows)
+    highest = max(row.measured.value for row in rows)
+    return rows[0].measured.unit not in (DECIBEL, STOP) and lowest > 0.0 and highest > 8.0 * lowest

@@ -15,6 +15,7 @@ from fullwell.report.plots import (
     key,
     log_axis,
     marker_of,
+    stepped,
     vector_picture,
 )
 
@@ -72,10 +73,8 @@ def _response(main: Axes, rest: Axes, table: Table) -> None:
 def _histograms(axes: Axes, table: Table) -> None:
     for channel, part in table.split("channel"):
         for _, points in part.split("exposure_s"):
-            count = points.numbers("count")
             axes.plot(
-                points.numbers("code"),
-                np.where(count > 0.0, count, np.nan),
+                *stepped(points.numbers("code"), points.numbers("count")),
                 drawstyle="steps-mid",
                 color=color_of(str(channel)),
                 linewidth=0.9,

@@ -19,6 +19,7 @@ from fullwell.report.plots import (
     key,
     log_axis,
     marker_of,
+    thinned,
     vector_picture,
 )
 
@@ -32,7 +33,7 @@ def photon_transfer(table: Table, iso: Value) -> Picture:
         _residuals(rest, points, str(channel))
     log_axis(main, "x")
     log_axis(main, "y")
-    main.set(xlabel="Signal above black [DN]", ylabel="Temporal variance [DN²]")
+    main.set(xlabel="Signal above black [DN]", ylabel="Variance [DN²]")
     main.set_title("Variance against signal")
     rest.axhspan(-2.0, 2.0, color="#eef2f5", zorder=0)
     rest.axhline(0.0, color=QUIET, linewidth=0.8)
@@ -59,7 +60,7 @@ def photon_transfer(table: Table, iso: Value) -> Picture:
 def _transfer_points(axes: Axes, points: Table, channel: str) -> None:
     signal, variance = points.numbers("signal"), points.numbers("variance")
     fitted, error = points.numbers("fitted"), points.numbers("variance_std_error")
-    lit = np.array([kind == "flat" for kind in points.values("kind")]) & (signal > 0.0) & (variance > 0.0)
+    lit = _lit(points) & (signal > 0.0) & (variance > 0.0)
     used = lit & _used(points)
     color = color_of(channel)
     dense = bool(used.sum() > DENSE)
@@ -80,11 +81,15 @@ def _transfer_points(axes: Axes, points: Table, channel: str) -> None:
     axes.plot(
         signal[out], variance[out], linestyle="", marker="x", color=QUIET, markersize=4.0, rasterized=out.sum() > DENSE
     )
-    order = np.argsort(signal[lit])
+    order = thinned(np.argsort(signal[lit]))
     axes.plot(signal[lit][order], fitted[lit][order], color=color, linewidth=1.2)
-    dark = ~np.array([kind == "flat" for kind in points.values("kind")]) & (variance > 0.0)
+    dark = ~_lit(points) & (variance > 0.0)
     if dark.any():
         axes.axhline(float(np.mean(variance[dark])), color=color, linestyle=":", linewidth=1.0)
+
+
+def _lit(points: Table) -> NDArray[np.bool_]:
+    return np.array([kind == "flat" for kind in points.values("kind")])
 
 
 def _used(points: Table) -> NDArray[np.bool_]:
@@ -93,7 +98,7 @@ def _used(points: Table) -> NDArray[np.bool_]:
 
 def _residuals(axes: Axes, points: Table, channel: str) -> None:
     signal, residual = points.numbers("signal"), points.numbers("residual")
-    shown = (signal > 0.0) & np.isfinite(residual) & _used(points)
+    shown = _lit(points) & (signal > 0.0) & np.isfinite(residual) & _used(points)
     dense = bool(shown.sum() > DENSE)
     axes.plot(
         signal[shown],
@@ -119,13 +124,13 @@ def signal_to_noise(table: Table) -> Picture:
     for axes, (iso, part) in zip(panels, groups, strict=True):
         for channel, points in part.split("channel"):
             _snr(axes, points, column, str(channel))
+        if limits and span:
+            axes.set_xlim(max(span[0] / 1.3, span[1] * 1e-5), span[1] * 1.5)
+            axes.set_ylim(max(limits[0] / 1.3, limits[1] * 1e-4), limits[1] * 1.6)
         log_axis(axes, "x")
         log_axis(axes, "y")
         axes.set_title(iso_title(iso))
         axes.set(xlabel=label, ylabel="Signal / noise [1]")
-        if limits and span:
-            axes.set_xlim(max(span[0] / 1.3, span[1] * 1e-5), span[1] * 1.5)
-            axes.set_ylim(max(limits[0] / 1.3, limits[1] * 1e-4), limits[1] * 1.6)
         axes.axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
     extra = [key("model"), key("measured", linestyle="none", marker="o"), key("SNR 1", linestyle="--")]
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], extra)

@@ -8,7 +8,7 @@ from fullwell.report import plots_dark, plots_iso, plots_response, plots_transfe
 from fullwell.report.curves import Table, Value, table_named
 from fullwell.report.numbers import show_iso
 from fullwell.report.pictures import Pictures
-from fullwell.report.pivots import Pivot, pivot, recommended
+from fullwell.report.pivots import Pivot, pivot, recommended, title_of
 from fullwell.report.plots import Picture, style
 
 
@@ -77,24 +77,34 @@ def _drawn(table: Table | None, draw: Callable[[Table], Picture]) -> tuple[Pictu
     return (draw(table),) if table is not None else ()
 
 
-def _against_iso(material: Material) -> Section:
+def _over_isos(material: Material) -> dict[tuple[str, str], list[Row]]:
+    """Return the figures measured at more than one ISO, by quantity and unit."""
     panels: dict[tuple[str, str], list[Row]] = {}
     for row in material.rows:
         if row.iso is not None and row.exposure_s is None and not row.quantity.endswith("_variance"):
             panels.setdefault((row.quantity, row.measured.unit), []).append(row)
-    several = {what: mine for what, mine in panels.items() if len({row.iso for row in mine}) > 1}
-    picture = (
-        plots_iso.against_iso(
-            several,
-            alt="Every measured figure against ISO, one panel per quantity and unit, a line per channel",
-            caption="Every figure against ISO. Bars: 95 % interval; where none is seen it is smaller than the marker.",
-        ),
+    return {what: mine for what, mine in panels.items() if len({row.iso for row in mine}) > 1}
+
+
+def _course(material: Material, caption: str, *wanted: tuple[str, str]) -> tuple[Picture, ...]:
+    """Return one picture of some figures against ISO, nothing where none was measured at several."""
+    several = _over_isos(material)
+    chosen = {what: several[what] for what in wanted if what in several}
+    titles = ", ".join(title_of(quantity) for quantity, _ in chosen)
+    return (plots_iso.against_iso(chosen, alt=f"{titles} against ISO", caption=caption),) if chosen else ()
+
+
+def _against_iso(material: Material) -> Section:
+    several = _over_isos(material)
+    caption = (
+        "Every figure against ISO, channels drawn side by side. Bars: 95 % interval; where none is seen it is smaller "
+        "than the marker."
     )
     return Section(
         anchor="against-iso",
         title="Every figure against ISO",
         lead="All recommended figures of the study on one page.",
-        pictures=picture if several else (),
+        pictures=_course(material, caption, *several),
         missing="" if several else "One ISO only: nothing to compare. Capture the same series at further ISOs.",
     )
 
@@ -146,6 +156,14 @@ def _range(material: Material) -> Section:
         anchor="saturation",
         title="Saturation and dynamic range",
         lead="How much a pixel holds, and how many stops lie between that and the signal that equals its noise.",
+        pictures=_course(
+            material,
+            "Saturation capacity and dynamic range against ISO: amplification buys lower read noise with a lower "
+            "ceiling.",
+            ("saturation_capacity", "e-"),
+            ("dynamic_range", "dB"),
+            ("snr_max", "dB"),
+        ),
         pivots=pivots,
         missing="" if pivots else "No saturation: capture flat bursts up to and beyond saturation.",
     )
@@ -182,6 +200,13 @@ def _lines(material: Material) -> Section:
         lead=(
             "The part of the temporal noise that a whole row or column shares. The eye finds it long before it "
             "reaches the noise of the pixels."
+        ),
+        pictures=_course(
+            material,
+            "Noise that a whole row or column shares, against ISO. Bars: 95 % interval; a marker at zero with a bar "
+            "above it is an upper limit.",
+            ("read_noise_row", "DN"),
+            ("read_noise_column", "DN"),
         ),
         pivots=material.pivots(*wanted),
     )

@@ -52,7 +52,7 @@ def _require_one_readable(inspections: Sequence["Inspection"]) -> None:
     from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
 
     if all(one.header is None for one in inspections):
-        said = [f"{one.path}: {finding.message}." for one in inspections for finding in one.findings]
+        said = [f"{one.path}: {finding.message.rstrip('.')}." for one in inspections for finding in one.findings]
         raise UsageError("\n  ".join(said))
 
 

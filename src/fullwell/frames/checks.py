@@ -63,7 +63,7 @@ def exclusion_findings(excluded: Iterable[Exclusion]) -> tuple[Finding, ...]:
         Finding(
             code=code,
             severity=Severity.ERROR,
-            message=f"Left out {_listed(sorted(names))}: {reason}.",
+            message=f"Left out {_listed(sorted(names))}: {reason.rstrip('.')}.",
             files=tuple(sorted(names)),
         )
         for (code, reason), names in sorted(reasons.items())

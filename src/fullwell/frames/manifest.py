@@ -259,8 +259,7 @@ def _series_lines(series: Series, *, base: Path, inside: str) -> Iterator[str]:
     yield _line("iso", series.iso, example="100")
     if series.photons is not None:
         yield _line("photons", series.photons)
-    temperature = series.temperature_c
-    yield _line("temperature_c", None if temperature is None else round(temperature, 3), example="20.0")
+    yield _line("temperature_c", series.temperature_c, example="20.0")
 
 
 def _prefix(root: Path, folder: Path) -> str:

@@ -92,9 +92,10 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
     except OSError as error:
         reason = f"the file cannot be read ({error.strerror or error})"
         return Exclusion(name=candidate.name, code="file-unreadable", reason=reason)
-    refusal = next((finding for finding in header.findings if finding.severity is Severity.ERROR), None)
-    if refusal is not None:
-        return Exclusion(name=candidate.name, code=refusal.code, reason=refusal.message)
+    refusals = [finding for finding in header.findings if finding.severity is Severity.ERROR]
+    if refusals:
+        reason = "; ".join(refusal.message.rstrip(".") for refusal in refusals)
+        return Exclusion(name=candidate.name, code=refusals[0].code, reason=reason)
     facts, findings = _sidecar(candidate)
     resolved = _resolved(header, candidate=candidate, facts=facts, cfa=cfa or camera.cfa)
     if resolved.exposure_s is None and candidate.kind in {Kind.FLAT, Kind.DARK}:

@@ -137,7 +137,8 @@ def _known_cfa(readings: Sequence[Reading], *, path: Path) -> tuple[tuple[Readin
 
 def _none_usable(path: Path, excluded: Sequence[Exclusion]) -> str:
     first = excluded[0]
-    return f"None of the {len(excluded)} raw files in {path} can be measured. The first, {first.name}: {first.reason}."
+    reason = first.reason.rstrip(".")
+    return f"None of the {len(excluded)} raw files in {path} can be measured. The first, {first.name}: {reason}."
 
 
 def _assembled(

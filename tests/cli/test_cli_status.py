@@ -1,0 +1,66 @@
+"""Exit statuses of RESULTS 1, through the commands' own guard."""
+
+import errno
+from collections.abc import Callable, Generator
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from fullwell.cli.app import app
+from fullwell.cli.status import guarded, status_of
+from fullwell.errors import UsageError
+from fullwell.findings import Finding, Severity
+
+
+def broken(error: BaseException) -> Callable[..., Generator[None, None, None]]:
+    def load_study(*_arguments: object) -> Generator[None, None, None]:
+        raise error
+
+    return load_study
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (UsageError("Do this instead."), 2, "fullwell: Do this instead."),
+        (PermissionError(errno.EACCES, "Permission denied", "there"), 2, "there: Permission denied"),
+        (OSError(errno.ENOSPC, "No space left on device"), 2, "No space left"),
+        (KeyboardInterrupt(), 130, "Interrupted"),
+        (ZeroDivisionError("division by zero"), 70, "a bug of ours: ZeroDivisionError: division by zero"),
+        (OSError("odd"), 70, "a bug of ours"),
+    ],
+)
+def test_what_goes_wrong_inside_a_command(
+    monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int, words: str
+) -> None:
+    monkeypatch.setattr("fullwell.frames.study.load_study", broken(error))
+    done = CliRunner().invoke(app, ["characterize", "anything", "--dry-run"])
+    assert done.exit_code == status
+    assert words in done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+
+
+def test_a_bug_tells_what_to_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fullwell.frames.study.load_study", broken(KeyError("x")))
+    done = CliRunner().invoke(app, ["characterize", "anything", "--dry-run", "--verbose"])
+    assert done.exit_code == 70
+    for words in ("Traceback", "Python 3", "KeyError", "test_cli_status.py:"):
+        assert words in done.stderr
+
+
+def test_an_error_finding_is_status_1() -> None:
+    def finding(severity: Severity) -> Finding:
+        return Finding(code="x", severity=severity, message="y")
+
+    assert status_of([finding(Severity.WARNING), finding(Severity.INFO)]) == 0
+    assert status_of([finding(Severity.WARNING), finding(Severity.ERROR)]) == 1
+
+
+def test_an_exit_passes_the_guard_untouched(tmp_path: Path) -> None:
+    assert tmp_path.exists()
+    with pytest.raises(typer.Exit) as caught, guarded(verbose=False):
+        raise typer.Exit(1)
+    assert caught.value.exit_code == 1

@@ -1,0 +1,52 @@
+"""Threads that work side by side until all is done, one fails, or the user interrupts."""
+
+from collections.abc import Callable
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from threading import Event
+from typing import Final, Protocol
+
+POLL_S: Final = 0.1
+"""How soon a waiting thread notices that it should stop [s]."""
+
+
+class Progress(Protocol):
+    """Who wants to know how far the work is; called from several threads."""
+
+    def start(self, total_frames: int) -> None:
+        """Hear how many frames there are."""
+        ...
+
+    def advance(self, frames: int = 1) -> None:
+        """Hear that some frames are done."""
+        ...
+
+
+def run_threads(work: Callable[[int, Event], None], *, workers: int) -> None:
+    """Run ``work(index, stop)`` on threads and return when all have returned.
+
+    Parameters
+    ----------
+    work
+        Called once per thread; it should return soon after ``stop`` is set.
+    workers
+        Number of threads, at least one.
+
+    Raises
+    ------
+    BaseException
+        What a thread raised first, or KeyboardInterrupt, after the others have stopped.
+
+    """
+    stop = Event()
+    with ThreadPoolExecutor(max_workers=max(1, workers), thread_name_prefix="fullwell") as pool:
+        try:
+            futures = [pool.submit(work, index, stop) for index in range(max(1, workers))]
+            pending = set(futures)
+            while pending:
+                done, pending = wait(pending, timeout=POLL_S, return_when=FIRST_EXCEPTION)
+                if any(future.exception() for future in done):
+                    stop.set()
+        finally:
+            stop.set()
+    for future in futures:
+        future.result()

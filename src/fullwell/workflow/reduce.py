@@ -1,0 +1,219 @@
+"""A study's frames become statistics: each file is read once, by any number of threads, in bounded memory.
+
+A worker takes a few frames of a series, reads, hashes and decodes them, and adds them to the series' moments a row of
+tiles at a time. The first five good frames of a series by name are added before any other: they are the burst that the
+published read-noise flows need (METHOD 3.2). Everything else may come in any order, because moments merge exactly; so
+the results are the same for any number of workers.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from threading import Event
+from typing import Final
+
+from fullwell.errors import RawFileError, UsageError
+from fullwell.findings import Finding
+from fullwell.frames.checks import exclusion_findings
+from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
+from fullwell.raw.cfa import shifted
+from fullwell.raw.image import Area
+from fullwell.statistics.burst import LEGACY_FRAMES, burst_sums
+from fullwell.statistics.finalize import finalize
+from fullwell.statistics.moments import Layout
+from fullwell.statistics.series import SeriesStatistics
+from fullwell.workflow.executor import Progress, run_threads
+from fullwell.workflow.schedule import OpenSeries, Schedule
+from fullwell.workflow.slots import Slots, Window
+
+MOST_BUFFER_BYTES: Final = 400_000_000
+MOST_MAP_BYTES: Final = 400_000_000
+MOST_SLOTS: Final = 8
+_MAP_BYTES_PER_PIXEL: Final = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reduction:
+    """What the frames of a study come to.
+
+    Parameters
+    ----------
+    statistics
+        By `Series.key`, in the study's order; a series without a single good frame is missing.
+    hashes
+        xxh3-128 of every file that could be read, by frame name, sorted.
+    excluded
+        Frames that turned out to be damaged, sorted by name.
+    findings
+        The same for the report, one per reason.
+
+    """
+
+    statistics: Mapping[tuple[str, float, float], SeriesStatistics]
+    hashes: Mapping[str, str]
+    excluded: tuple[Exclusion, ...]
+    findings: tuple[Finding, ...]
+
+
+def reduce_study(
+    study: Study,
+    *,
+    workers: int,
+    tile: int = 64,
+    crop: tuple[int, int, int, int] | None = None,
+    progress: Progress | None = None,
+) -> Reduction:
+    """Read every frame of a study once and return the statistics of its series.
+
+    Parameters
+    ----------
+    study
+        Frames in series.
+    workers
+        Threads; the result does not depend on their number.
+    tile
+        Edge of a tile [pixel of a plane].
+    crop
+        x, y, width and height of the region to measure [pixel of the visible mosaic]; None is all of it.
+    progress
+        Told of every frame.
+
+    Raises
+    ------
+    UsageError
+        The crop does not lie within the frames, or the tile is too large or too small.
+
+    """
+    window = _window(study, crop)
+    layout = _layout(study, window, tile)
+    series = [one for one in study.series if one.frames]
+    frames = [frame for one in series for frame in one.frames]
+    if progress is not None:
+        progress.start(len(frames))
+    pixels = study.height * study.width
+    slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
+    workers = max(1, min(workers, len(frames)))
+    slots = min(MOST_SLOTS, max(1, MOST_BUFFER_BYTES // (workers * slot_bytes)))
+    most_open = max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels)))
+    schedule = Schedule(series, most_open=most_open, workers=workers)
+    task = _Reducer(
+        schedule=schedule, layout=layout, window=window, slots=slots, slot_bytes=slot_bytes, progress=progress
+    )
+    run_threads(task.work, workers=workers)
+    return task.reduction(series)
+
+
+def _window(study: Study, crop: tuple[int, int, int, int] | None) -> Window:
+    x, y, width, height = crop or (0, 0, study.width, study.height)
+    if x < 0 or y < 0 or width < 1 or height < 1 or x + width > study.width or y + height > study.height:
+        raise UsageError(
+            f"the crop {x},{y},{width},{height} does not lie within the frames; "
+            f"they have {study.width} columns and {study.height} rows"
+        )
+    return Window(height=study.height, width=study.width, area=Area(y, x, y + height, x + width))
+
+
+def _layout(study: Study, window: Window, tile: int) -> Layout:
+    area = window.area
+    try:
+        return Layout(
+            height=area.bottom - area.top,
+            width=area.right - area.left,
+            cfa=shifted(study.cfa, rows=area.top, columns=area.left),
+            tile=tile,
+        )
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+
+
+class _Reducer:
+    """What the threads of one reduction share."""
+
+    def __init__(
+        self,
+        *,
+        schedule: Schedule,
+        layout: Layout,
+        window: Window,
+        slots: int,
+        slot_bytes: int,
+        progress: Progress | None,
+    ) -> None:
+        self._schedule = schedule
+        self._layout = layout
+        self._window = window
+        self._slots = slots
+        self._slot_bytes = slot_bytes
+        self._progress = progress
+        self._statistics: dict[tuple[str, float, float], SeriesStatistics] = {}
+        self._hashes: dict[str, str] = {}
+        self._excluded: list[Exclusion] = []
+
+    def work(self, index: int, stop: Event) -> None:
+        """Add frames until there are none left, as one thread of several."""
+        slots = Slots(slots=self._slots, slot_bytes=self._slot_bytes, window=self._window)
+        first_band = index * len(self._layout.bands()) // self._schedule.workers
+        while (task := self._schedule.take(stop)) is not None:
+            opened, first = task
+            if first:
+                opened.open(self._layout, every_histogram=opened.series.kind in {Kind.DARK, Kind.BIAS})
+                self._add_burst(opened, slots, stop)
+            else:
+                self._add_some(opened, slots, stop, first_band=first_band)
+            if self._schedule.give_back(opened) and not stop.is_set():
+                self._finish(opened)
+        self._hashes.update(slots.hashes)
+
+    def _add_burst(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:
+        """Add the first good frames by name before any other thread adds, and keep their sums."""
+        wanted = LEGACY_FRAMES
+        while wanted and not stop.is_set():
+            slots.clear()
+            while len(slots.names) < wanted and not slots.full and (frame := self._schedule.next_frame(opened)):
+                self._read(frame, slots)
+            wanted = wanted - len(slots.names) if slots.full else 0
+            if not wanted:
+                self._schedule.share(opened)
+            if slots.names:
+                opened.moments.add(slots.names, slots.stack())
+        if len(opened.series.frames) > LEGACY_FRAMES and opened.moments.names:
+            opened.bursts = burst_sums(opened.moments)
+        opened.begun.set()
+
+    def _add_some(self, opened: OpenSeries, slots: Slots, stop: Event, *, first_band: int) -> None:
+        """Add some frames of a series whose first ones are being added or have been."""
+        slots.clear()
+        most = self._schedule.fair_share(opened, most=self._slots)
+        while len(slots.names) < most and not stop.is_set() and (frame := self._schedule.next_frame(opened)):
+            self._read(frame, slots)
+        if slots.names and self._schedule.wait_for_burst(opened, stop):
+            opened.moments.add(slots.names, slots.stack(), first_band=first_band)
+
+    def _read(self, frame: Frame, slots: Slots) -> None:
+        """Read a frame into a slot, or leave it out and say why."""
+        try:
+            slots.read(frame)
+        except RawFileError as error:
+            self._excluded.append(Exclusion(name=frame.name, code=error.code, reason=error.message))
+        except FileNotFoundError:
+            self._excluded.append(Exclusion(name=frame.name, code="file-missing", reason="the file does not exist"))
+        except OSError as error:
+            reason = f"the file cannot be read ({error.strerror or error})"
+            self._excluded.append(Exclusion(name=frame.name, code="file-unreadable", reason=reason))
+        if self._progress is not None:
+            self._progress.advance()
+
+    def _finish(self, opened: OpenSeries) -> None:
+        """Turn the complete moments of a series into statistics and let their maps go."""
+        if opened.moments.names:
+            self._statistics[opened.series.key] = finalize(opened.moments, bursts=opened.bursts)
+        self._schedule.close(opened)
+
+    def reduction(self, series: Iterable[Series]) -> Reduction:
+        """Return what was found, in an order that does not depend on the threads."""
+        excluded = tuple(sorted(self._excluded, key=lambda one: one.name))
+        return Reduction(
+            statistics={one.key: self._statistics[one.key] for one in series if one.key in self._statistics},
+            hashes=dict(sorted(self._hashes.items())),
+            excluded=excluded,
+            findings=exclusion_findings(excluded),
+        )

@@ -1,0 +1,122 @@
+"""Who reads which frame: series are opened one after the other, and never more at once than there is memory for."""
+
+from collections import deque
+from collections.abc import Sequence
+from threading import Condition, Event
+
+from fullwell.frames.series import Frame, Series
+from fullwell.statistics.burst import BurstSums
+from fullwell.statistics.moments import Layout, Moments
+from fullwell.workflow.executor import POLL_S
+
+
+class OpenSeries:
+    """A series that is being reduced.
+
+    Parameters
+    ----------
+    series
+        Its frames.
+
+    """
+
+    def __init__(self, series: Series) -> None:
+        self.series = series
+        self.pending = deque(sorted(series.frames, key=lambda frame: frame.name))
+        self.shared = False
+        self.busy = 0
+        self.begun = Event()
+        self.bursts: tuple[BurstSums, ...] | None = None
+        self._moments: Moments | None = None
+
+    def open(self, layout: Layout, *, every_histogram: bool) -> None:
+        """Make room for the moments."""
+        self._moments = Moments(layout, every_histogram=every_histogram)
+
+    def release(self) -> None:
+        """Let the moments go."""
+        self._moments = None
+
+    @property
+    def moments(self) -> Moments:
+        """Return the moments of an open series."""
+        if self._moments is None:
+            raise RuntimeError("the series is not open")
+        return self._moments
+
+
+class Schedule:
+    """Hands frames to threads.
+
+    Parameters
+    ----------
+    series
+        In the order they are opened.
+    most_open
+        Series that may be open at once.
+    workers
+        Threads that ask.
+
+    """
+
+    def __init__(self, series: Sequence[Series], *, most_open: int, workers: int) -> None:
+        self.workers = workers
+        self._waiting = deque(series)
+        self._open: list[OpenSeries] = []
+        self._most_open = most_open
+        self._changed = Condition()
+
+    def take(self, stop: Event) -> tuple[OpenSeries, bool] | None:
+        """Return a series to work on and whether its first frames are still to be read; None when all is done."""
+        with self._changed:
+            while not stop.is_set():
+                for opened in self._open:
+                    if opened.shared and opened.pending:
+                        opened.busy += 1
+                        return opened, False
+                if self._waiting and len(self._open) < self._most_open:
+                    opened = OpenSeries(self._waiting.popleft())
+                    opened.busy += 1
+                    self._open.append(opened)
+                    return opened, True
+                if not self._waiting and not any(opened.pending for opened in self._open):
+                    return None
+                self._changed.wait(POLL_S)
+        return None
+
+    def next_frame(self, opened: OpenSeries) -> Frame | None:
+        """Return the next frame by name, or None when all are taken."""
+        with self._changed:
+            return opened.pending.popleft() if opened.pending else None
+
+    def share(self, opened: OpenSeries) -> None:
+        """Let other threads read the rest of a series; they wait for its first frames before they add theirs."""
+        with self._changed:
+            opened.shared = True
+            self._changed.notify_all()
+
+    def wait_for_burst(self, opened: OpenSeries, stop: Event) -> bool:
+        """Return True once the first frames have been added, False where all shall stop."""
+        while not stop.is_set():
+            if opened.begun.wait(POLL_S):
+                return True
+        return False
+
+    def fair_share(self, opened: OpenSeries, *, most: int) -> int:
+        """Return how many frames to take at once: many while there are many, few towards the end."""
+        with self._changed:
+            share = len(opened.pending) // (2 * self.workers)
+        return most if share >= most else max(1, min(most, 4))
+
+    def give_back(self, opened: OpenSeries) -> bool:
+        """Say that a thread is done with what it took; return True if the series is complete with it."""
+        with self._changed:
+            opened.busy -= 1
+            return not opened.pending and opened.busy == 0
+
+    def close(self, opened: OpenSeries) -> None:
+        """Let a finished series go, so that the next may be opened."""
+        opened.release()
+        with self._changed:
+            self._open.remove(opened)
+            self._changed.notify_all()

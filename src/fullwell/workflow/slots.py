@@ -1,0 +1,125 @@
+"""Raw files are read into memory that is used again and again."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from xxhash import xxh3_128
+
+from fullwell.errors import UnreadableFileError
+from fullwell.frames.series import Frame
+from fullwell.kernels.moments import Stack
+from fullwell.raw.image import Area
+from fullwell.raw.open import decode
+
+_LINE: Final = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """What every frame must be, and the part of it that is measured.
+
+    Parameters
+    ----------
+    height, width
+        Size of the visible mosaic [pixel].
+    area
+        The part that is kept.
+
+    """
+
+    height: int
+    width: int
+    area: Area
+
+    @property
+    def whole(self) -> bool:
+        """Return whether nothing is cut off."""
+        return self.area == (0, 0, self.height, self.width)
+
+
+class Slots:
+    """A block of memory with room for some files, where each becomes a mosaic.
+
+    Parameters
+    ----------
+    slots
+        Files that fit at once.
+    slot_bytes
+        Room for the largest file, and for the largest mosaic.
+    window
+        What is kept of each frame.
+
+    """
+
+    def __init__(self, *, slots: int, slot_bytes: int, window: Window) -> None:
+        self.slot_bytes = -(-slot_bytes // _LINE) * _LINE
+        self._block = np.empty(slots * self.slot_bytes, np.uint8)
+        self._codes = self._block.view(np.uint16)
+        self._window = window
+        self._starts: list[int] = []
+        self.names: list[str] = []
+        self.hashes: dict[str, str] = {}
+
+    @property
+    def full(self) -> bool:
+        """Return whether no further file fits."""
+        return (len(self._starts) + 1) * self.slot_bytes > self._block.nbytes
+
+    def read(self, frame: Frame) -> None:
+        """Read a file, hash it and decode it; a file that fails takes no room.
+
+        Raises
+        ------
+        OSError
+            The file cannot be read.
+        RawFileError
+            The file cannot be decoded.
+
+        """
+        first = len(self._starts) * self.slot_bytes
+        slot = self._block.data[first : first + self.slot_bytes]
+        data = _read_into(frame.header.path, slot)
+        self.hashes[frame.name] = xxh3_128(data).hexdigest()
+        mosaic = decode(frame.header, data)
+        if mosaic.shape != (self._window.height, self._window.width):
+            raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
+        self._starts.append(self._place(mosaic, first))
+        self.names.append(frame.name)
+
+    def stack(self) -> Stack:
+        """Return the mosaics as they lie."""
+        codes = self._codes.view()
+        codes.flags.writeable = False
+        area = self._window.area
+        return Stack(codes, np.array(self._starts, dtype=np.int64), area.right - area.left)
+
+    def clear(self) -> None:
+        """Make room for other files; the hashes stay."""
+        self._starts.clear()
+        self.names.clear()
+
+    def _place(self, mosaic: NDArray[np.uint16], first: int) -> int:
+        """Return where in the block a mosaic begins [code], after copying it there unless it is there already."""
+        area = self._window.area
+        kept = mosaic[area.top : area.bottom, area.left : area.right]
+        offset = int(kept.__array_interface__["data"][0]) - int(self._block.__array_interface__["data"][0])
+        inside = first <= offset < first + self.slot_bytes
+        if inside and offset % 2 == 0 and self._window.whole and kept.flags.c_contiguous:
+            return offset // 2
+        start = first // 2
+        target = self._codes[start : start + kept.size].reshape(kept.shape)
+        np.copyto(target, kept)
+        return start
+
+
+def _read_into(path: Path, slot: memoryview) -> memoryview:
+    """Read a whole file into a slot, or into memory of its own if it has outgrown the slot."""
+    with path.open("rb", buffering=0) as file:
+        at = 0
+        while at < len(slot) and (count := file.readinto(slot[at:])):
+            at += count
+        rest = file.read() if at == len(slot) else b""
+    return memoryview(bytes(slot) + rest) if rest else slot[:at]

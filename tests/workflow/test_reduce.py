@@ -1,0 +1,257 @@
+"""A study is reduced to the same bits by any number of threads, whatever is wrong with some of its files."""
+
+import dataclasses
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from threading import Event
+
+import numpy as np
+import pytest
+import tifffile
+import xxhash
+
+from fullwell.errors import RawFileError, UsageError
+from fullwell.findings import Severity
+from fullwell.frames.series import Camera, Frame, Kind, Series, Study
+from fullwell.raw.open import read_header
+from fullwell.raw.write import write_dng
+from fullwell.statistics.burst import burst_sums
+from fullwell.statistics.finalize import finalize
+from fullwell.statistics.moments import Layout, Moments, stack_of
+from fullwell.statistics.series import SeriesStatistics
+from fullwell.workflow import reduce
+from fullwell.workflow.executor import run_threads
+from fullwell.workflow.reduce import Reduction, reduce_study
+
+HEIGHT, WIDTH, TILE = 70, 90, 16
+PLAN = ((Kind.FLAT, 0.02, 9), (Kind.FLAT, 0.01, 4), (Kind.DARK, 0.02, 7), (Kind.BIAS, None, 1))
+Mosaics = dict[str, np.ndarray]
+
+
+def write_frame(path: Path, mosaic: np.ndarray, number: int) -> None:
+    """Write every second frame compressed and every fifth as TIFF, so that all ways into memory are taken."""
+    if number % 5 == 4:
+        tifffile.imwrite(path, mosaic, photometric="minisblack")
+        return
+    compression = "lossless-jpeg" if number % 2 else "none"
+    write_dng(path, mosaic, cfa="GRBG", black_level=(64,) * 4, white_level=1023, bit_depth=10, compression=compression)
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> tuple[Study, Mosaics]:
+    rng = np.random.default_rng(5)
+    mosaics: Mosaics = {}
+    series: list[Series] = []
+    for kind, exposure, count in PLAN:
+        frames: list[Frame] = []
+        for number in range(count):
+            name = f"{kind}-{exposure}-{number:02d}.dng"
+            mosaics[name] = rng.normal(300, 9, (HEIGHT, WIDTH)).round().astype(np.uint16)
+            write_frame(tmp_path / name, mosaics[name], number)
+            header = dataclasses.replace(read_header(tmp_path / name), cfa="GRBG")
+            frames.append(Frame(name=name, header=header, size=(tmp_path / name).stat().st_size))
+        series.append(Series(kind=kind, iso=100.0, exposure_s=exposure, frames=tuple(frames)))
+    found = Study(
+        root=tmp_path,
+        camera=Camera(),
+        series=tuple(series),
+        width=WIDTH,
+        height=HEIGHT,
+        cfa="GRBG",
+        bit_depth=10,
+        black_level=None,
+        white_level=None,
+    )
+    return found, mosaics
+
+
+def direct(series: Series, mosaics: Mosaics) -> SeriesStatistics:
+    """Statistics of mosaics in memory, without threads or files; frames without a mosaic are left out."""
+    moments = Moments(
+        Layout(height=HEIGHT, width=WIDTH, cfa="GRBG", tile=TILE), every_histogram=series.kind is not Kind.FLAT
+    )
+    names = sorted(frame.name for frame in series.frames if frame.name in mosaics)
+    for part in (names[:5], names[5:]):
+        if part:
+            moments.add(part, stack_of([mosaics[name] for name in part]))
+        if part == names[:5]:
+            bursts = burst_sums(moments)
+    return finalize(moments, bursts=bursts)
+
+
+def assert_same(mine: object, its: object) -> None:
+    """Compare nested statistics bit by bit."""
+    if dataclasses.is_dataclass(mine):
+        assert type(mine) is type(its)
+        for field in dataclasses.fields(mine):
+            assert_same(getattr(mine, field.name), getattr(its, field.name))
+    elif isinstance(mine, np.ndarray):
+        np.testing.assert_array_equal(mine, its)
+    elif isinstance(mine, tuple):
+        assert isinstance(its, tuple)
+        assert len(mine) == len(its)
+        for one, other in zip(mine, its, strict=True):
+            assert_same(one, other)
+    else:
+        assert mine == its or (mine != mine and its != its)  # noqa: PLR0124 - NaN is NaN here
+
+
+def assert_same_reduction(mine: Reduction, its: Reduction) -> None:
+    assert list(mine.statistics) == list(its.statistics)
+    for one, other in zip(mine.statistics.values(), its.statistics.values(), strict=True):
+        assert_same(one, other)
+    assert list(mine.hashes.items()) == list(its.hashes.items())
+    assert mine.excluded == its.excluded
+    assert mine.findings == its.findings
+
+
+@pytest.fixture(params=[8, 2], ids=["roomy", "tight"])
+def memory(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Leave room for all of a burst, or for less, so that it is added in parts."""
+    monkeypatch.setattr(reduce, "MOST_SLOTS", request.param)
+    return request.param
+
+
+@pytest.mark.parametrize("workers", [1, 2, 7])
+@pytest.mark.usefixtures("memory")
+def test_reduction_equals_statistics_of_the_mosaics(study: tuple[Study, Mosaics], workers: int) -> None:
+    found = reduce_study(study[0], workers=workers, tile=TILE)
+    assert list(found.statistics) == [series.key for series in study[0].series]
+    for series in study[0].series:
+        assert_same(found.statistics[series.key], direct(series, study[1]))
+    files = {name: xxhash.xxh3_128((study[0].root / name).read_bytes()).hexdigest() for name in sorted(study[1])}
+    assert found.hashes == files
+    assert found.excluded == found.findings == ()
+
+
+@pytest.mark.usefixtures("memory")
+def test_order_of_files_does_not_matter(study: tuple[Study, Mosaics]) -> None:
+    shuffled = dataclasses.replace(
+        study[0],
+        series=tuple(dataclasses.replace(one, frames=one.frames[::-1]) for one in study[0].series),
+    )
+    reference = reduce_study(study[0], workers=1, tile=TILE)
+    for workers in (1, 3):
+        assert_same_reduction(reduce_study(shuffled, workers=workers, tile=TILE), reference)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 7])
+@pytest.mark.usefixtures("memory")
+def test_damaged_frames_are_left_out_and_named(study: tuple[Study, Mosaics], workers: int) -> None:
+    root, mosaics = study[0].root, study[1]
+    # One of the first five, one of the rest, the only one of its series; cut off, emptied, gone.
+    cut, emptied, gone = "flat-0.02-02.dng", "flat-0.02-06.dng", "bias-None-00.dng"
+    (root / cut).write_bytes((root / cut).read_bytes()[:-200])
+    (root / emptied).write_bytes(b"")
+    (root / gone).unlink()
+    found = reduce_study(study[0], workers=workers, tile=TILE)
+    assert [one.name for one in found.excluded] == sorted([cut, emptied, gone])
+    named = {name: finding for finding in found.findings for name in finding.files}
+    assert set(named) == {cut, emptied, gone}
+    assert named[gone].code == "file-missing"
+    assert named[cut].code == "file-truncated"
+    assert all(finding.severity is Severity.ERROR for finding in found.findings)
+    good = {name: mosaic for name, mosaic in mosaics.items() if name not in named}
+    assert ("bias", 100.0, 0.0) not in found.statistics
+    for series in study[0].series[:3]:
+        assert_same(found.statistics[series.key], direct(series, good))
+    flat = found.statistics["flat", 100.0, 0.02]
+    assert cut not in flat.frames
+    assert len(flat.frames) == 7
+
+
+def test_a_file_that_grew_is_read_whole(study: tuple[Study, Mosaics]) -> None:
+    frames = [dataclasses.replace(frame, size=10) for frame in study[0].series[0].frames]
+    for frame in frames:
+        path = study[0].root / frame.name
+        path.write_bytes(path.read_bytes() + bytes(4 * HEIGHT * WIDTH))
+    series = dataclasses.replace(study[0].series[0], frames=tuple(frames))
+    found = reduce_study(dataclasses.replace(study[0], series=(series,)), workers=2, tile=TILE)
+    assert_same(found.statistics[series.key], direct(series, study[1]))
+
+
+def test_crop_measures_a_part_and_keeps_its_channels(study: tuple[Study, Mosaics]) -> None:
+    x, y, width, height = 11, 6, 40, 31
+    found = reduce_study(study[0], workers=2, tile=TILE, crop=(x, y, width, height))
+    planes = found.statistics["flat", 100.0, 0.01].planes
+    assert [plane.channel for plane in planes] == ["R", "G1", "G2", "B"]
+    stack = np.stack([study[1][f"flat-0.01-{k:02d}.dng"][y : y + height, x : x + width] for k in range(4)])
+    assert planes[0].mean == stack[:, ::2, ::2].mean()
+    with pytest.raises(UsageError, match="does not lie within"):
+        reduce_study(study[0], workers=2, crop=(0, 0, WIDTH + 1, 4))
+
+
+def test_progress_hears_of_every_frame(study: tuple[Study, Mosaics]) -> None:
+    class Listener:
+        def __init__(self) -> None:
+            self.total, self.done, self.lock = 0, 0, threading.Lock()
+
+        def start(self, total_frames: int) -> None:
+            self.total = total_frames
+
+        def advance(self, frames: int = 1) -> None:
+            with self.lock:
+                self.done += frames
+
+    listener = Listener()
+    reduce_study(study[0], workers=3, tile=TILE, progress=listener)
+    assert listener.total == listener.done == len(study[1])
+
+
+def test_an_interrupt_stops_every_thread(study: tuple[Study, Mosaics]) -> None:
+    heard = 0
+
+    class Impatient:
+        def start(self, total_frames: int) -> None:
+            pass
+
+        def advance(self, frames: int = 1) -> None:
+            nonlocal heard
+            heard += frames
+            signal.raise_signal(signal.SIGINT)
+            time.sleep(0.5)  # longer than the main thread sleeps between two looks
+
+    before = threading.active_count()
+    with pytest.raises(KeyboardInterrupt):
+        reduce_study(study[0], workers=2, tile=TILE, progress=Impatient())
+    assert threading.active_count() == before
+    assert heard <= 4
+
+
+@pytest.mark.parametrize("error", [RawFileError("code", "a defect"), KeyboardInterrupt()])
+def test_one_failing_thread_stops_the_others(error: BaseException) -> None:
+    def work(index: int, stop: Event) -> None:
+        if index == 0:
+            raise error
+        assert stop.wait(60), "the other threads should have been told to stop"
+
+    with pytest.raises(type(error)):
+        run_threads(work, workers=3)
+
+
+@pytest.fixture
+def largest_memory(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
+    """Return a function that tells how much memory for files was asked for."""
+    asked: list[int] = []
+    original = reduce.Slots
+
+    class Counting(original):
+        def __init__(self, *, slots: int, slot_bytes: int, window: object) -> None:
+            asked.append(slots * slot_bytes)
+            super().__init__(slots=slots, slot_bytes=slot_bytes, window=window)
+
+    monkeypatch.setattr(reduce, "Slots", Counting)
+    return lambda: sum(asked)
+
+
+def test_memory_for_files_is_bounded(
+    study: tuple[Study, Mosaics], largest_memory: Callable[[], int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slot = max(2 * HEIGHT * WIDTH, *(frame.size for series in study[0].series for frame in series.frames))
+    monkeypatch.setattr(reduce, "MOST_BUFFER_BYTES", 6 * slot)
+    found = reduce_study(study[0], workers=3, tile=TILE)
+    assert largest_memory() <= 6 * slot
+    assert_same(found.statistics[study[0].series[0].key], direct(study[0].series[0], study[1]))

@@ -168,7 +168,9 @@ class _Reducer:
         wanted = LEGACY_FRAMES
         while wanted and not stop.is_set():
             slots.clear()
-            while len(slots.names) < wanted and not slots.full and (frame := self._schedule.next_frame(opened)):
+            while len(slots.names) < wanted and not slots.full and not stop.is_set():
+                if (frame := self._schedule.next_frame(opened)) is None:
+                    break
                 self._read(frame, slots)
             wanted = wanted - len(slots.names) if slots.full else 0
             if not wanted:

@@ -15,7 +15,6 @@ FIELDS = {
     *("bit_depth", "effective_bits", "black_level", "white_level", "iso", "exposure_s", "compression"),
     *("masked_areas", "noise_profile", "findings"),
 }
-)
 
 
 def test_a_dng_with_margins_and_without_exposure(run: Run, shared_data: Shared) -> None:

@@ -87,6 +87,7 @@ def _spread(pulls: Sequence[float]) -> str:
 
 def _closing(outcome: DemoOutcome, out: Path) -> str:
     return (
-        f"{outcome.frames} frames simulated in {outcome.simulated_s:.1f} s, measured in {outcome.characterized_s:.1f} s.\n"
+        f"{outcome.frames} frames simulated in {outcome.simulated_s:.1f} s, "
+        f"measured in {outcome.characterized_s:.1f} s.\n"
         f"Every figure beside its truth: {escape(str(out / 'demo.json'))}\nReport: {escape(str(out / 'report.html'))}"
     )

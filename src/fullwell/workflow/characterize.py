@@ -1,0 +1,177 @@
+"""The main verb: a folder of raw frames becomes a characterized sensor."""
+
+import platform
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from fullwell import __version__
+from fullwell.errors import UsageError
+from fullwell.figures.results import Results
+from fullwell.findings import Finding, Severity
+from fullwell.frames.series import Exclusion, Kind, Series, Study
+from fullwell.frames.study import load_study
+from fullwell.raw.image import Levels
+from fullwell.report.write import check_target, write_results
+from fullwell.workflow.executor import Progress
+from fullwell.workflow.measure.against_iso import measure_against_iso
+from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
+from fullwell.workflow.measure.iso import measure_iso
+from fullwell.workflow.measure.section import Section, joined
+from fullwell.workflow.options import Options
+from fullwell.workflow.pictures import take_pictures
+from fullwell.workflow.reduce import Reduction, reduce_study
+
+MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
+_SEVERITY_ORDER = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
+
+
+def characterize(path: Path, out: Path, *, options: Options, progress: Progress | None = None) -> Results:
+    """Measure a study and write what was found into a folder.
+
+    Parameters
+    ----------
+    path
+        A study folder or a manifest.
+    out
+        Folder to write; replaced only if it is empty or holds results of ours.
+    options
+        What to measure and how.
+    progress
+        Told of every frame; None for silence.
+
+    Returns
+    -------
+    Results
+        What was written.
+
+    Raises
+    ------
+    UsageError
+        The path holds nothing to measure, an option does not fit it, or ``out`` must not be replaced.
+
+    """
+    check_target(out)
+    started = time.monotonic()
+    results, groups, study = measure(path, options=options, progress=progress)
+    run = {
+        "version": __version__,
+        "command": list(sys.argv),
+        "study": str(path),
+        "out": str(out),
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "host": platform.node(),
+        "duration_s": round(time.monotonic() - started, 3),
+        "workers": options.workers,
+    }
+    results = replace(results, run=run)
+    write_results(results, out, pictures=take_pictures(study, groups))
+    return results
+
+
+def measure(
+    path: Path, *, options: Options, progress: Progress | None = None
+) -> tuple[Results, tuple[IsoBursts, ...], Study]:
+    """Measure a study without writing anything."""
+    study = load_study(path, options.selection)
+    measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
+    if not measured.series:
+        raise UsageError(
+            f"{path} holds no flat, dark or bias frames to measure; name the folders flat, dark and bias, or write a "
+            "study.toml with `fullwell index`"
+        )
+    reduction = reduce_study(measured, workers=options.workers, tile=options.tile, progress=progress)
+    groups = group_by_iso(measured, reduction.statistics)
+    sections = [measure_iso(study, group) for group in groups]
+    section = joined([*sections, measure_against_iso(study, groups, [row for one in sections for row in one.rows])])
+    return _results(study, options, reduction, section), groups, study
+
+
+def _results(study: Study, options: Options, reduction: Reduction, section: Section) -> Results:
+    findings = (*study.findings, *reduction.findings, *section.findings)
+    return Results(
+        study=_describe(study, options, reduction),
+        rows=section.rows,
+        findings=tuple(sorted(findings, key=_finding_order)),
+        curves=section.curves,
+    )
+
+
+def _finding_order(finding: Finding) -> tuple[int, str]:
+    return (_SEVERITY_ORDER[finding.severity], finding.code)
+
+
+def _describe(study: Study, options: Options, reduction: Reduction) -> Mapping[str, object]:
+    excluded = sorted((*study.excluded, *reduction.excluded), key=lambda one: one.name)
+    gone = {one.name for one in reduction.excluded}
+    return {
+        "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
+        "width": study.width,
+        "height": study.height,
+        "cfa": study.cfa,
+        "bit_depth": study.bit_depth,
+        "black_level": _describe_levels(study.black_level),
+        "white_level": _describe_levels(study.white_level),
+        "settings": _settings(options),
+        "series": [_describe_series(series, gone) for series in study.series],
+        "files": [
+            _describe_file(series, index, reduction.hashes)
+            for series in study.series
+            for index in range(len(series.frames))
+        ],
+        "excluded": [_describe_exclusion(one) for one in excluded],
+    }
+
+
+def _describe_exclusion(exclusion: Exclusion) -> Mapping[str, object]:
+    return {"path": exclusion.name, "code": exclusion.code, "reason": exclusion.reason}
+
+
+def _describe_levels(levels: Levels | None) -> Mapping[str, object] | None:
+    return None if levels is None else {"values": list(levels.values), "source": levels.source, "tag": levels.tag}
+
+
+def _settings(options: Options) -> Mapping[str, object]:
+    selection = options.selection
+    return {
+        "iso": list(selection.isos),
+        "exposure_s": list(selection.exposures_s),
+        "only": [kind.value for kind in selection.kinds],
+        "cfa": selection.cfa,
+        "black_level": None if selection.black_level is None else list(selection.black_level),
+        "white_level": selection.white_level,
+        "tile": options.tile,
+        "crop": None if options.crop is None else list(options.crop),
+    }
+
+
+def _describe_series(series: Series, gone: set[str]) -> Mapping[str, object]:
+    return {
+        "kind": series.kind.value,
+        "iso": series.iso,
+        "exposure_s": series.exposure_s,
+        "temperature_c": series.temperature_c,
+        "frames": sum(frame.name not in gone for frame in series.frames),
+    }
+
+
+def _describe_file(series: Series, index: int, hashes: Mapping[str, str]) -> Mapping[str, object]:
+    frame = series.frames[index]
+    return {
+        "path": frame.name,
+        "size": frame.size,
+        "xxh3_128": hashes.get(frame.name),
+        "kind": series.kind.value,
+        "iso": series.iso,
+        "exposure_s": series.exposure_s,
+        "black_level": _describe_levels(frame.header.black_level),
+        "white_level": _describe_levels(frame.header.white_level),
+    }
+
+
+def worst_severity(findings: Sequence[Finding]) -> Severity | None:
+    """Return the most severe severity among some findings, None without any."""
+    return min((finding.severity for finding in findings), key=_SEVERITY_ORDER.__getitem__, default=None)

@@ -1,0 +1,90 @@
+"""A second look at a few frames, for the report's pictures only: no figure is measured here."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.errors import RawFileError
+from fullwell.frames.series import Frame, Study
+from fullwell.raw.open import read_raw
+from fullwell.report.pictures import DarkZoom, DifferencePicture, Pictures, RegionHistogram
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.read_noise import choose_burst
+
+MAX_EDGE = 768
+ZOOM = 64
+REGION = 128
+
+
+def take_pictures(study: Study, groups: Iterable[IsoBursts]) -> Pictures:
+    """Read two unlit frames of the lowest ISO again: their difference, and a magnified corner of the first."""
+    for group in groups:
+        burst = choose_burst(group)
+        if burst is not None:
+            return _pictures(study, group, burst)
+    return Pictures()
+
+
+def _pictures(study: Study, group: IsoBursts, burst: Burst) -> Pictures:
+    frames = [frame for frame in burst.series.frames if frame.name in burst.statistics.frames][:2]
+    try:
+        first, second = (_mosaic(study, frame) for frame in frames)
+    except (RawFileError, OSError):
+        return Pictures()
+    difference = first - second
+    height, width = difference.shape
+    top, left = (_start(size, MAX_EDGE) for size in (height, width))
+    crop = difference[top : top + MAX_EDGE, left : left + MAX_EDGE]
+    zoom_top, zoom_left = (_start(size, ZOOM) for size in (height, width))
+    zoom = first[zoom_top : zoom_top + ZOOM, zoom_left : zoom_left + ZOOM]
+    return Pictures(
+        differences=(
+            DifferencePicture(
+                iso=group.iso,
+                frames=(frames[0].name, frames[1].name),
+                image=crop.astype(np.int16),
+                regions=tuple(_regions(crop)),
+            ),
+        ),
+        dark_zooms=(
+            DarkZoom(
+                iso=group.iso,
+                image=(zoom - zoom.mean()).astype(np.float32),
+                title=f"{ZOOM} x {ZOOM} pixels at the centre of {frames[0].name}, mean removed",
+            ),
+        ),
+    )
+
+
+def _mosaic(study: Study, frame: Frame) -> NDArray[np.int32]:
+    return read_raw(study.root / frame.name).mosaic.astype(np.int32)
+
+
+def _start(size: int, edge: int) -> int:
+    """Return where a centred piece starts, on an even pixel so that its CFA phase is the mosaic's."""
+    return max(0, (size - edge) // 2) // 2 * 2
+
+
+def _regions(crop: NDArray[np.int32]) -> Iterable[RegionHistogram]:
+    height, width = crop.shape
+    edge = min(REGION, height, width)
+    corners = {
+        "top left": (0, 0),
+        "top right": (0, width - edge),
+        "centre": ((height - edge) // 2, (width - edge) // 2),
+        "bottom right": (height - edge, width - edge),
+    }
+    for name, (top, left) in corners.items():
+        region = crop[top : top + edge, left : left + edge]
+        codes, counts = np.unique(region, return_counts=True)
+        yield RegionHistogram(
+            name=name,
+            x=left,
+            y=top,
+            width=edge,
+            height=edge,
+            codes=codes.astype(np.int64),
+            counts=counts.astype(np.int64),
+            std_dn=float(region.std(ddof=1)),
+        )

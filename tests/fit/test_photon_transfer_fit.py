@@ -6,8 +6,14 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from fullwell.fit.gamma_likelihood import fit_gamma
+from fullwell.fit.goodness import effective_dof
 from fullwell.fit.legacy import fit_legacy_imatest
-from fullwell.fit.noise_coefficients import CRITICAL_RATIO, fixed_pattern_test, k_coefficients
+from fullwell.fit.noise_coefficients import (
+    CRITICAL_RATIO,
+    dark_sensitivity_to_offset,
+    fixed_pattern_test,
+    k_coefficients,
+)
 from fullwell.fit.photon_transfer import (
     fit_burst_photon_transfer,
     fit_photon_transfer,
@@ -261,3 +267,44 @@ def test_noiseless_points_are_met_exactly(chart):
 def test_too_few_points_are_refused():
     with pytest.raises(ValueError, match="3 coefficients"):
         fit_photon_transfer([1.0, 2.0], [1.0, 2.0], 10, n=None)
+
+
+def test_points_without_a_gamma_law_take_no_part(chart):
+    """Constant tiles, where everything is clipped, and tiles too small for a variance."""
+    camera = chart()
+    variance, dof = camera.variance_dn2.copy(), np.full(camera.signal_dn.size, N - 1.0)
+    variance[3], variance[4], dof[5] = 0.0, np.nan, 0.0
+    fit = fit_photon_transfer(camera.signal_dn, variance, dof, n=N)
+    np.testing.assert_allclose(fit.coefficients, camera.truth, rtol=1e-9)
+    np.testing.assert_array_equal(np.flatnonzero(~fit.used), [3, 4, 5])
+    assert np.all(np.isnan(fit.residuals[3:6]))
+    assert fit.deviance_dof == camera.signal_dn.size - 3 - 3
+
+
+def test_too_few_levels_are_refused():
+    with pytest.raises(ValueError, match="different levels"):
+        fit_photon_transfer([100.0, 100.0, 200.0, 200.0], [1.0, 1.1, 2.0, 2.1], 10, n=None)
+
+
+def test_error_of_the_offset_widens_k_dark_alone(chart):
+    camera = chart()
+    fit = fit_photon_transfer(camera.signal_dn, camera.variance_dn2, N - 1, n=N)
+    known, guessed = (
+        k_coefficients(
+            *fit.single_frame(), digital_maximum=16383.0, convention="white level", offset_std_error_dn=error
+        )
+        for error in (0.0, 0.29)
+    )
+    by_offset = dark_sensitivity_to_offset(fit.coefficients) * 0.29 * known.k_dark.value
+    assert guessed.k_dark.std_error == pytest.approx(np.hypot(known.k_dark.std_error, by_offset))
+    assert guessed.k_shot.std_error == known.k_shot.std_error
+
+
+def test_rows_that_share_noise_cost_degrees_of_freedom():
+    """METHOD 1.8: Var(s^2) grows by 1 + (m - 1) rho^2."""
+    rng = np.random.default_rng(28)
+    edge, sets = 50, 3000
+    x = np.sqrt(0.9) * rng.standard_normal((sets, edge, edge)) + np.sqrt(0.1) * rng.standard_normal((sets, edge, 1))
+    scatter = x.var(axis=(1, 2), ddof=1).var(ddof=1)
+    expected = 2.0 / float(effective_dof(edge**2 - 1.0, edge=edge, row_share=0.1))
+    assert abs(scatter / expected - 1.0) <= 4.0 * np.sqrt(2.0 / sets) + 0.02

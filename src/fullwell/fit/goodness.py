@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
 from fullwell.fit.gamma_likelihood import Array, GammaFit, fit_gamma, signed_deviance
@@ -56,14 +56,23 @@ class CheckedFit:
 def fit_checked(
     design: Array, response: Array, dof: Array, *, low_signal: Array | None, reject_outliers: bool
 ) -> CheckedFit:
-    """Fit one data set; drop the worst point while its |r| exceeds 4, at most 10 % of the points (METHOD 1.8)."""
+    """Fit one data set; drop the worst point while its |r| exceeds 4, at most 10 % of the points (METHOD 1.8).
+
+    Points without a variance above zero or without degrees of freedom have no gamma law: they take no part, and their
+    residual is NaN.
+    """
     coefficients = design.shape[-1]
+    lawful = np.isfinite(response) & (response > 0.0) & (dof > 0.0)
+    if np.unique(design[lawful], axis=0).shape[0] < coefficients:
+        raise ValueError(f"{coefficients} coefficients need as many different levels with a variance above zero")
+    response, dof = np.where(lawful, response, 1.0), np.where(lawful, dof, 1.0)
 
     def fitted(used: NDArray[np.bool_]) -> tuple[GammaFit, Array]:
         fit = fit_gamma(design, response, dof, low_signal=low_signal, used=used)
-        return fit, signed_deviance(response, fit.predicted, fit.effective_dof)
+        residuals = signed_deviance(response, fit.predicted, fit.effective_dof)
+        return fit, np.where(lawful, residuals, np.nan)
 
-    used = np.ones(response.size, dtype=np.bool_)
+    used = lawful
     fit, residuals = fitted(used)
     if reject_outliers:
         used, fit, residuals = _without_outliers(fitted, used, keep=coefficients + 1)
@@ -81,6 +90,32 @@ def fit_checked(
     )
 
 
+def effective_dof(dof: ArrayLike, *, edge: float, row_share: float, column_share: float = 0.0) -> Array:
+    """Return the degrees of freedom of a patch's variance where rows or columns share noise (METHOD 1.8).
+
+    Parameters
+    ----------
+    dof
+        Degrees of freedom if every pixel had noise of its own.
+    edge
+        Pixels along an edge of the patch m.
+    row_share, column_share
+        Share of temporal row and column noise in the variance rho, from the variance components.
+
+    Returns
+    -------
+    ndarray
+        nu / (1 + (m - 1) (rho_row^2 + rho_column^2)).
+
+    Examples
+    --------
+    >>> round(149.0 / float(effective_dof(149.0, edge=50, row_share=0.1)), 2)
+    1.49
+
+    """
+    return np.asarray(dof, np.float64) / (1.0 + (edge - 1.0) * (row_share**2 + column_share**2))
+
+
 def is_misfit(deviance: float, dof: int) -> bool:
     """Return whether a deviance lies beyond the 99 % point of chi-square; never with no degrees of freedom."""
     return dof > 0 and deviance > float(chdtri(dof, MISFIT_SIZE))
@@ -94,7 +129,7 @@ def _without_outliers(
     at_once = max(1, used.size // 200)
     fit, residuals = fitted(used)
     while budget > 0:
-        size = np.where(used, np.abs(residuals), 0.0)
+        size = np.abs(np.where(used, residuals, 0.0))
         worst = np.argsort(size)[::-1][: min(at_once, budget)]
         worst = worst[size[worst] > OUTLIER]
         if worst.size == 0:

@@ -69,6 +69,7 @@ def k_coefficients(
     digital_maximum: float,
     convention: str,
     dof: float | None = None,
+    offset_std_error_dn: float = 0.0,
 ) -> NoiseCoefficientFit:
     """Return the k's of a fit in DN (METHOD 0, 1.7).
 
@@ -82,8 +83,12 @@ def k_coefficients(
         What D is, in words; it goes with the k's wherever they go.
     dof
         Degrees of freedom of the covariance; None for many.
+    offset_std_error_dn
+        Standard error of the black level: a shift of it goes into A as B times the shift, unseen by the fit
+        (METHOD 2.1) [DN].
 
     """
+    covariance = covariance + np.diag([(coefficients[1] * offset_std_error_dn) ** 2, 0.0, 0.0])
     scales = (digital_maximum**-2, 1.0 / digital_maximum, 1.0)
     dark, shot, fixed = (
         boundary_variance(scale * value, scale * error, dof=dof)
@@ -99,6 +104,19 @@ def k_coefficients(
         digital_maximum=digital_maximum,
         convention=convention,
     )
+
+
+def dark_sensitivity_to_offset(coefficients: Array) -> float:
+    """Return d ln k_dark / d b = B / (2 A) [1/DN]: what an offset does to k_dark, unseen by any fit (METHOD 2.1).
+
+    Examples
+    --------
+    >>> a6000 = np.array([(1.672e-4 * 16383) ** 2, 5.554e-3**2 * 16383, 5.477e-3**2])
+    >>> round(100 * dark_sensitivity_to_offset(a6000), 2)
+    3.37
+
+    """
+    return float(coefficients[1] / (2.0 * coefficients[0]))
 
 
 def boundary_variance(value: float, std_error: float, *, dof: float | None, unit: str = ONE) -> Measured:

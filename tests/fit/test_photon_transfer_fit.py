@@ -192,11 +192,26 @@ def test_dusty_patches_are_dropped_and_clean_ones_kept(chart):
 
 
 def test_at_most_a_tenth_of_the_points_is_dropped(chart):
+    """Every eighth point is far too noisy: the others agree, so only the cap keeps the rest of those."""
     camera = chart()
-    variance = camera.variance_dn2 * np.where(np.arange(camera.signal_dn.size) % 3 == 0, 2.0, 1.0)
-    fit = fit_photon_transfer(camera.signal_dn, variance, N - 1, n=N)
-    assert np.sum(~fit.used) == int(0.1 * variance.size)
+    noisy = np.arange(camera.signal_dn.size) % 8 == 0
+    fit = fit_photon_transfer(camera.signal_dn, camera.variance_dn2 * np.where(noisy, 1.6, 1.0), N - 1, n=N)
+    assert np.sum(~fit.used) == int(0.1 * noisy.size)
+    assert noisy[~fit.used].all()
     assert fit.misfit
+
+
+def test_a_misfit_everywhere_has_no_outliers_and_its_errors_cover(chart):
+    """Scatter beyond the model's, alike at every point: none is an outlier, and scaled errors cover (Student)."""
+    camera, sets = chart(), 400
+    rng = np.random.default_rng(19)
+    signal, variance = camera.simulate(rng, sets=sets, n=N)
+    variance = variance * (1.0 + 0.06 * rng.standard_normal(variance.shape))
+    fits = [fit_photon_transfer(s, v, N - 1, n=N) for s, v in zip(signal, variance, strict=True)]
+    assert all(fit.misfit for fit in fits)
+    assert np.mean([np.sum(~fit.used) for fit in fits]) < 0.1
+    covered = np.mean([fit.system_gain.ci95[0] <= camera.truth[1] <= fit.system_gain.ci95[1] for fit in fits])
+    assert abs(covered - 0.95) <= 4.0 * np.sqrt(0.95 * 0.05 / sets)
 
 
 def test_burst_fit_separates_all_four_causes(chart):

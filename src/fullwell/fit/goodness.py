@@ -11,7 +11,7 @@ from scipy.special import chdtri
 from fullwell.fit.gamma_likelihood import Array, GammaFit, fit_gamma, signed_deviance
 
 OUTLIER: Final = 4.0
-"""Largest |r| of a point that is kept."""
+"""Largest |r| of a point that is kept, in units of the residuals' robust scale where that exceeds 1."""
 MAX_DROPPED: Final = 0.1
 """Share of the points that may be dropped."""
 MISFIT_SIZE: Final = 0.01
@@ -124,14 +124,18 @@ def is_misfit(deviance: float, dof: int) -> bool:
 def _without_outliers(
     fitted: Callable[[NDArray[np.bool_]], tuple[GammaFit, Array]], used: NDArray[np.bool_], *, keep: int
 ) -> tuple[NDArray[np.bool_], GammaFit, Array]:
-    """Drop one point at a time; in large sets half a percent at a time, which leaves the same points."""
+    """Drop one point at a time; in large sets half a percent at a time, which leaves the same points.
+
+    Where the model fits nowhere, every |r| is large and none is an outlier: dropping the largest would only hide the
+    misfit and shrink the errors that are scaled by it. Hence the robust scale.
+    """
     budget = min(int(MAX_DROPPED * used.size), used.size - keep)
     at_once = max(1, used.size // 200)
     fit, residuals = fitted(used)
     while budget > 0:
         size = np.abs(np.where(used, residuals, 0.0))
         worst = np.argsort(size)[::-1][: min(at_once, budget)]
-        worst = worst[size[worst] > OUTLIER]
+        worst = worst[size[worst] > OUTLIER * _robust_scale(size[used])]
         if worst.size == 0:
             break
         used = used.copy()
@@ -139,3 +143,7 @@ def _without_outliers(
         budget -= worst.size
         fit, residuals = fitted(used)
     return used, fit, residuals
+
+
+def _robust_scale(sizes: Array) -> float:
+    return max(1.0, 1.4826 * float(np.median(sizes)))

@@ -110,6 +110,16 @@ def test_picking_and_summing_maps_equal_their_twins(case: tuple[Stack, Band, int
     np.testing.assert_array_equal(np.array(fast), np.array(slow))
 
 
+@settings(deadline=None)
+@given(stacks())
+def test_burst_maps_equal_their_twin(case: tuple[Stack, Band, int]) -> None:
+    stack, band, height = case
+    fast, slow = np.zeros((2, 2, height, stack.width), np.float32)
+    moments_summary.map_rows(stack, (band.top, band.bottom), *fast)
+    moments_summary_reference.map_rows(stack, (band.top, band.bottom), *slow)
+    np.testing.assert_array_equal(fast, slow)
+
+
 @pytest.mark.parametrize("codes", [(0, 65535), (65535, 65535), (65534, 65535)])
 def test_spread_is_exact_for_the_largest_series(codes: tuple[int, int]) -> None:
     # 65536 frames, half at each of two codes: neither L Q nor S^2 is ever larger than here.

@@ -83,7 +83,7 @@ class _Extremes(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _add_one(x: NDArray[np.uint16], codes: NDArray[np.uint32], squares: NDArray[np.uint64]) -> None:
+def add_one(x: NDArray[np.uint16], codes: NDArray[np.uint32], squares: NDArray[np.uint64]) -> None:
     """Add a row of one frame to the maps."""
     for c in range(x.size):
         value = np.uint32(x[c])
@@ -92,7 +92,7 @@ def _add_one(x: NDArray[np.uint16], codes: NDArray[np.uint32], squares: NDArray[
 
 
 @njit(cache=True, nogil=True)
-def _add_four(x: tuple[NDArray[np.uint16], ...], codes: NDArray[np.uint32], squares: NDArray[np.uint64]) -> None:
+def add_four(x: tuple[NDArray[np.uint16], ...], codes: NDArray[np.uint32], squares: NDArray[np.uint64]) -> None:
     """Add the same row of four frames to the maps, which are read and written once."""
     first, second, third, fourth = x
     for c in range(first.size):
@@ -225,12 +225,12 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) ->
                 stack.codes[at[f + 2] : at[f + 2] + width],
                 stack.codes[at[f + 3] : at[f + 3] + width],
             )
-            _add_four(x, codes, squares)
+            add_four(x, codes, squares)
             _count_four(x, phase, extremes)
         for f in range(count):
             x_f = stack.codes[at[f] : at[f] + width]
             if f >= fours:
-                _add_one(x_f, codes, squares)
+                add_one(x_f, codes, squares)
                 _count_one(x_f, phase, extremes)
             _add_margins(x_f, columns[f, phase], frames.rows[f, row])
     for f in range(count):

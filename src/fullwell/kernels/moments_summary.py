@@ -1,7 +1,8 @@
 """Finished maps become numbers in one sweep, a row of tiles at a time.
 
 For L <= 65536 frames with sum S and sum of squares Q at a pixel, L Q and S^2 are integers below 2^64, so
-``D = L Q - S^2`` is exact; ``D / (L (L - 1))`` is the pixel's unbiased variance over frames (METHOD 3.1). Sums run down each column in a fixed order and are not reassociated: the same maps give the same bits.
+``D = L Q - S^2`` is exact; ``D / (L (L - 1))`` is the pixel's unbiased variance over frames (METHOD 3.1). Sums run down
+each column in a fixed order and are not reassociated: the same maps give the same bits.
 `moments_summary_reference` says the same in plain NumPy.
 """
 
@@ -11,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band
+from fullwell.kernels.moments import Band, Stack, add_four, add_one
 
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
@@ -217,3 +218,44 @@ def sum_maps(maps: Maps, cell: int) -> tuple[NDArray[np.uint64], NDArray[np.uint
         for column in range(cell):
             by_site[:, phase * cell + column, column::cell] = by_phase[:, phase, column::cell]
     return by_site[0], by_site[1], by_site[2]
+
+
+@njit(cache=True, nogil=True)
+def map_rows(stack: Stack, rows: tuple[int, int], mean: NDArray[np.float32], variance: NDArray[np.float32]) -> None:
+    """Write mean and unbiased variance over frames of some rows, from the first to one past the last.
+
+    Parameters
+    ----------
+    stack
+        Frames.
+    rows
+        First row and one past the last.
+    mean, variance
+        Shape (height, width), written to [DN, DN^2]; variance is NaN for a single frame.
+
+    """
+    width, count = stack.width, stack.starts.size
+    codes, squares = np.empty(width, np.uint32), np.empty(width, np.uint64)
+    spread = np.empty(width, np.uint64)
+    share = 1.0 / count
+    scale = 1.0 / (count * (count - 1)) if count > 1 else np.nan
+    fours = count - count % 4
+    for row in range(rows[0], rows[1]):
+        codes[:] = 0
+        squares[:] = 0
+        at = stack.starts + row * width
+        for f in range(0, fours, 4):
+            x = (
+                stack.codes[at[f] : at[f] + width],
+                stack.codes[at[f + 1] : at[f + 1] + width],
+                stack.codes[at[f + 2] : at[f + 2] + width],
+                stack.codes[at[f + 3] : at[f + 3] + width],
+            )
+            add_four(x, codes, squares)
+        for f in range(fours, count):
+            add_one(stack.codes[at[f] : at[f] + width], codes, squares)
+        _spread(codes, squares, count, spread)
+        mean_row, variance_row = mean[row], variance[row]
+        for c in range(width):
+            mean_row[c] = np.float32(np.float64(codes[c]) * share)
+            variance_row[c] = np.float32(np.float64(spread[c]) * scale)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band
+from fullwell.kernels.moments import Band, Stack
 from fullwell.kernels.moments_summary import ColumnSums, Maps, Surface
 
 
@@ -51,3 +51,14 @@ def sum_maps(maps: Maps, cell: int) -> tuple[NDArray[np.uint64], NDArray[np.uint
         for part, values in enumerate((maps.squares, square & np.uint64(0xFFFFFFFF), square >> np.uint64(32))):
             sums[part, site, column::cell] = values[row::cell, column::cell].sum(axis=0)
     return sums[0], sums[1], sums[2]
+
+
+def map_rows(stack: Stack, rows: tuple[int, int], mean: NDArray[np.float32], variance: NDArray[np.float32]) -> None:
+    """Write mean and unbiased variance over frames of some rows; see `moments_summary.map_rows`."""
+    part = slice(*rows)
+    pixels = [stack.codes[start:][: mean.size].reshape(mean.shape)[part].astype(np.uint64) for start in stack.starts]
+    x, count = np.array(pixels), len(pixels)
+    total = x.sum(axis=0)
+    spread = np.uint64(count) * (x * x).sum(axis=0) - total * total
+    mean[part] = total.astype(np.float64) * (1 / count)
+    variance[part] = spread.astype(np.float64) * (1 / (count * (count - 1))) if count > 1 else np.nan

@@ -127,9 +127,16 @@ def parse_config(text: str, *, name: str, folder: Path) -> SimulationConfig:
 
     """
     try:
-        table = ConfigTable.model_validate(tomllib.loads(text))
+        document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise UsageError(f"{name} is not TOML: {error}.") from error
+    return config_from(document, name=name, folder=folder)
+
+
+def config_from(document: Mapping[str, object], *, name: str, folder: Path) -> SimulationConfig:
+    """Read a config from its tables, as `parse_config` does from its text."""
+    try:
+        table = ConfigTable.model_validate(document)
     except ValidationError as error:
         raise UsageError(explained(error, name=name)) from error
     _require_levels(table, name)

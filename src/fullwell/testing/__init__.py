@@ -1,1 +1,5 @@
-"""Public fixtures: simulated sensors and hypothesis strategies."""
+"""Public fixtures for tests: simulated studies of known truth."""
+
+from fullwell.testing.studies import simulated_study, simulation
+
+__all__ = ["simulated_study", "simulation"]

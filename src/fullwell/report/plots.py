@@ -7,6 +7,7 @@ Draw inside `style`, on a canvas from `canvas`, with `color_of` and `marker_of` 
 import base64
 import io
 import math
+import re
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -30,9 +31,14 @@ QUIET: Final = "#7b8794"
 PAPER: Final = "#ffffff"
 DENSE: Final = 150
 """Points from which on a scatter is drawn as pixels inside the vector picture."""
+PIXELS: Final = -1.0
+"""Put what is to become pixels at this ``zorder``, and call `pixels_below` for its panel."""
 
 _FEW_DECADES: Final = 50.0
 """Ratio of ends up to which a logarithmic axis is labelled at 1, 2 and 5."""
+
+_SVG_WORDS: Final = re.compile(rb"<!--.*?-->|<metadata>.*?</metadata>|(?<=>)\s+(?=<)", re.DOTALL)
+"""What a viewer of an SVG does not need: comments, metadata, blanks between tags."""
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "none"]
 
@@ -138,6 +144,11 @@ def key(label: str, *, color: str = INK, linestyle: LineStyle = "-", marker: str
     return Line2D([], [], color=color, linestyle=linestyle, marker=marker, label=label, markerfacecolor="none")
 
 
+def pixels_below(axes: Axes) -> None:
+    """Draw what stands at `PIXELS` as one image inside the vector picture: small, however many points it has."""
+    axes.set_rasterization_zorder(PIXELS / 2.0)
+
+
 def iso_axis(axes: Axes, isos: Iterable[float], *, label_share: float) -> None:
     """Make the abscissa the ISO: logarithmic, one tick per ISO measured, labels that do not touch.
 
@@ -238,8 +249,9 @@ def vector_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     """Return a drawing as SVG; dense scatters inside it are pixels."""
     _settle(figure)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
-    encoded = base64.b64encode(buffer.getvalue()).decode("ascii")
+    figure.savefig(buffer, format="svg", dpi=140, metadata={"Date": None, "Creator": None})
+    drawing = _SVG_WORDS.sub(b"", buffer.getvalue())
+    encoded = base64.b64encode(drawing).decode("ascii")
     return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
 
 
@@ -249,7 +261,8 @@ def pixel_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=150)
     packed = io.BytesIO()
-    Image.open(buffer).convert("RGB").quantize(colors=64, dither=Image.Dither.NONE).save(packed, format="PNG")
+    picture = Image.open(buffer).convert("RGB")
+    picture.quantize(colors=128, dither=Image.Dither.NONE).save(packed, format="PNG")
     encoded = base64.b64encode(packed.getvalue()).decode("ascii")
     return Picture(uri=f"data:image/png;base64,{encoded}", alt=alt, caption=caption)
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.patches import Rectangle
 
 from fullwell.report.curves import Table
@@ -26,6 +27,9 @@ from fullwell.report.plots import (
     stepped,
     vector_picture,
 )
+
+_GRAYS = ListedColormap([(level, level, level) for level in np.linspace(0.0, 1.0, 21)])
+"""Few greys: noise compresses badly, and the eye tells no more of them apart."""
 
 _REGION_COLORS = ("#c2410c", "#1d4ed8", "#047857", "#7e22ce")
 
@@ -153,7 +157,7 @@ def difference(picture: DifferencePicture) -> Picture:
     figure, (left, right) = canvas(1, 2, height_in=4.1)
     image = np.asarray(picture.image, float)
     spread = 3.5 * float(np.nanstd(np.clip(image, *np.nanpercentile(image, (0.1, 99.9))))) or 1.0
-    shown = left.imshow(image, cmap="gray", vmin=-spread, vmax=spread, interpolation="nearest")
+    shown = left.imshow(image, cmap=_GRAYS, vmin=-spread, vmax=spread, interpolation="nearest")
     left.set(xticks=[], yticks=[])
     left.grid(visible=False)
     left.set_title(f"Difference of two frames, {iso_title(picture.iso)}")
@@ -201,7 +205,7 @@ def zooms(pictures: tuple[DarkZoom, ...]) -> Picture:
         image = np.asarray(picture.image, float)
         limits = finite_range(image) or (0.0, 1.0)
         low, high = np.percentile(image[np.isfinite(image)], (0.5, 99.5)) if np.isfinite(image).any() else limits
-        shown = axes.imshow(image, cmap="gray", vmin=low, vmax=max(high, low + 1e-9), interpolation="nearest")
+        shown = axes.imshow(image, cmap=_GRAYS, vmin=low, vmax=max(high, low + 1e-9), interpolation="nearest")
         axes.set(xticks=[], yticks=[])
         axes.grid(visible=False)
         axes.set_title(f"{iso_title(picture.iso)}: {picture.title}")
@@ -232,7 +236,7 @@ def frame_means(table: Table) -> Picture:
         axes.axhline(0.0, color=INK, linewidth=0.6)
         axes.set_title(f"{kind} frames")
         unit = "%" if relative else "DN"
-        axes.set(xlabel="Frame of the series", ylabel=f"Mean of the frame − series mean [{unit}]")
+        axes.set(xlabel="Frame of the series", ylabel=f"Deviation from series mean [{unit}]")
         axes.locator_params(axis="x", nbins=8, integer=True)
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")])
     return vector_picture(

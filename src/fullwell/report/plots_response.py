@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from fullwell.report.curves import Table, Value
 from fullwell.report.plots import (
+    PIXELS,
     QUIET,
     WIDTH_IN,
     Picture,
@@ -15,6 +16,7 @@ from fullwell.report.plots import (
     key,
     log_axis,
     marker_of,
+    pixels_below,
     stepped,
     vector_picture,
 )
@@ -72,14 +74,17 @@ def _response(main: Axes, rest: Axes, table: Table) -> None:
 
 def _histograms(axes: Axes, table: Table) -> None:
     for channel, part in table.split("channel"):
-        for _, points in part.split("exposure_s"):
-            axes.plot(
-                *stepped(points.numbers("code"), points.numbers("count")),
-                drawstyle="steps-mid",
-                color=color_of(str(channel)),
-                linewidth=0.9,
-                alpha=0.85,
-            )
+        each = [stepped(points.numbers("code"), points.numbers("count")) for _, points in part.split("exposure_s")]
+        axes.plot(
+            np.concatenate([np.append(codes, np.nan) for codes, _ in each]),
+            np.concatenate([np.append(counts, np.nan) for _, counts in each]),
+            drawstyle="steps-mid",
+            color=color_of(str(channel)),
+            linewidth=0.9,
+            alpha=0.85,
+            zorder=PIXELS,
+        )
+    pixels_below(axes)
     log_axis(axes, "y")
     axes.set(xlabel="Raw value [DN]", ylabel="Pixel values")
     axes.set_title("Histograms, every exposure")

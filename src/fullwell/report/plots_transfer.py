@@ -8,6 +8,7 @@ from fullwell.report.curves import Table, Value
 from fullwell.report.plots import (
     DENSE,
     INK,
+    PIXELS,
     QUIET,
     Picture,
     canvas,
@@ -19,6 +20,7 @@ from fullwell.report.plots import (
     key,
     log_axis,
     marker_of,
+    pixels_below,
     thinned,
     vector_picture,
 )
@@ -31,11 +33,13 @@ def photon_transfer(table: Table, iso: Value) -> Picture:
     for channel, points in table.split("channel"):
         _transfer_points(main, points, str(channel))
         _residuals(rest, points, str(channel))
+    pixels_below(main)
+    pixels_below(rest)
     log_axis(main, "x")
     log_axis(main, "y")
     main.set(xlabel="Signal above black [DN]", ylabel="Variance [DN²]")
     main.set_title("Variance against signal")
-    rest.axhspan(-2.0, 2.0, color="#eef2f5", zorder=0)
+    rest.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
     rest.axhline(0.0, color=QUIET, linewidth=0.8)
     rest.set(xlabel="Signal above black [DN]", ylabel="Residual [standard deviations]")
     rest.set_title("Residuals of the fit")
@@ -73,13 +77,19 @@ def _transfer_points(axes: Axes, points: Table, channel: str) -> None:
         markersize=2.0 if dense else 4.0,
         alpha=0.35 if dense else 0.9,
         markeredgewidth=0.0,
-        rasterized=dense,
+        zorder=PIXELS if dense else 2.0,
     )
     if not dense:
         axes.errorbar(signal[used], variance[used], yerr=error[used], fmt="none", ecolor=color, elinewidth=0.9)
     out = lit & ~used
     axes.plot(
-        signal[out], variance[out], linestyle="", marker="x", color=QUIET, markersize=4.0, rasterized=out.sum() > DENSE
+        signal[out],
+        variance[out],
+        linestyle="",
+        marker="x",
+        color=QUIET,
+        markersize=4.0,
+        zorder=PIXELS if dense else 2.0,
     )
     order = thinned(np.argsort(signal[lit]))
     axes.plot(signal[lit][order], fitted[lit][order], color=color, linewidth=1.2)
@@ -109,7 +119,7 @@ def _residuals(axes: Axes, points: Table, channel: str) -> None:
         markersize=2.0 if dense else 4.0,
         alpha=0.35 if dense else 0.9,
         markeredgewidth=0.0,
-        rasterized=dense,
+        zorder=PIXELS if dense else 2.0,
     )
 
 
@@ -124,6 +134,7 @@ def signal_to_noise(table: Table) -> Picture:
     for axes, (iso, part) in zip(panels, groups, strict=True):
         for channel, points in part.split("channel"):
             _snr(axes, points, column, str(channel))
+        pixels_below(axes)
         if limits and span:
             axes.set_xlim(max(span[0] / 1.3, span[1] * 1e-5), span[1] * 1.5)
             axes.set_ylim(max(limits[0] / 1.3, limits[1] * 1e-4), limits[1] * 1.6)
@@ -159,5 +170,5 @@ def _snr(axes: Axes, points: Table, column: str, channel: str) -> None:
         color=color_of(channel),
         markerfacecolor="white",
         markersize=4.0,
-        rasterized=measured.sum() > DENSE,
+        zorder=PIXELS if measured.sum() > DENSE else 2.0,
     )

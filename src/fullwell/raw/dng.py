@@ -1,11 +1,12 @@
 """What a DNG file says about its mosaic.
 
 Origin of the patterns. The DNG specification says of BlackLevel that "the origin of this pattern is the top-left
-corner of the ActiveArea rectangle". Of CFAPattern it does not say so in words, but all readers that matter count it
+corner of the ActiveArea rectangle". Of CFAPattern it does not say so in words, but the readers that matter count it
 from the same corner: Adobe's own crops to the ActiveArea before it applies the pattern, RawSpeed states it in its
-decoder, and LibRaw's ``COLOR(0, 0)`` is the colour at the top-left visible pixel (checked in the tests with odd
-origins). So both are read here as they stand, for the visible mosaic; it is the phase of the *stored* frame, margins
-included, that shifts with an odd ActiveArea: ``shifted(cfa, rows=-top, columns=-left)``.
+decoder, and LibRaw, which moves an odd origin to the next even row and column, shifts the CFA by just that step (the
+tests show it; it leaves the black levels unshifted then, against the specification). So both patterns are read as they
+stand, for the visible mosaic; what shifts with an odd ActiveArea is the phase of the *stored* frame, margins included:
+``shifted(cfa, rows=-top, columns=-left)``.
 """
 
 from pathlib import Path

@@ -62,7 +62,7 @@ def declared_levels(image: Directory, *, cfa: str, active_area: Area) -> Declare
     white = image.number(Tag.WHITE_LEVEL)
     white_source = "default" if white is None else "metadata"
     if white is None:
-        white = float(2 ** image.integer(Tag.BITS_PER_SAMPLE, 16) - 1)
+        white = float(2 ** min(max(image.integer(Tag.BITS_PER_SAMPLE, 16), 1), 32) - 1)
     return DeclaredLevels(
         black=black,
         white=Levels(values=(white,) * period**2, source=white_source, tag="WhiteLevel"),

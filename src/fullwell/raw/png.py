@@ -1,6 +1,7 @@
 """Greyscale PNG files: a mosaic of 8 or 16 bits, without levels or CFA."""
 
 import struct
+import zlib
 from pathlib import Path
 from typing import Final
 
@@ -73,8 +74,7 @@ def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
     """
     from imagecodecs import png_decode  # noqa: PLC0415 - loads when used
 
-    if _END not in bytes(data[-64:]):
-        raise UnreadableFileError("file-truncated", "the PNG file has no end; copy it again")
+    _check_chunks(data)
     try:
         pixels = np.asarray(png_decode(bytes(data)))
     except Exception as error:  # libpng's message is all there is, whatever its class
@@ -84,3 +84,20 @@ def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
     if pixels.shape != (header.raw_height, header.raw_width):
         raise UnreadableFileError("file-damaged", "the PNG pixels are not the size its header says")
     return pixels.astype(np.uint16, copy=False)
+
+
+def _check_chunks(data: memoryview) -> None:
+    """Refuse a file whose chunks are damaged or cut: libpng would warn on stderr and hand out what it has."""
+    position = len(SIGNATURE)
+    name = b""
+    while name != _END:
+        if position + 12 > len(data):
+            raise UnreadableFileError("file-truncated", "the PNG file ends before its pixels do; copy it again")
+        (length,) = struct.unpack_from(">I", data, position)
+        name = bytes(data[position + 4 : position + 8])
+        checked = position + 8 + length
+        if checked + 4 > len(data):
+            raise UnreadableFileError("file-truncated", "the PNG file ends before its pixels do; copy it again")
+        if zlib.crc32(data[position + 4 : checked]) != struct.unpack_from(">I", data, checked)[0]:
+            raise UnreadableFileError("file-damaged", "the PNG pixels are damaged (checksum); copy the file again")
+        position = checked + 4

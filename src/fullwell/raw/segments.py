@@ -149,6 +149,8 @@ def _check(layout: Layout, *, file_size: int) -> None:
         )
     if not (1 <= layout.row_interleave <= layout.height and 1 <= layout.column_interleave <= layout.width):
         raise UnreadableFileError("file-damaged", "the interleave factors are larger than the image")
+    if any(not 0 <= value <= 65535 for value in layout.table):
+        raise UnreadableFileError("file-damaged", "the LinearizationTable holds values beyond 16 bits")
     for segment, (offset, count) in enumerate(zip(layout.offsets, layout.counts, strict=True)):
         plain = layout.compression == Compression.NONE
         needed = layout.row_bytes * layout.rows(segment) if plain else count

@@ -1,0 +1,100 @@
+import struct
+
+import imagecodecs
+import numpy as np
+import pytest
+from dng_builder import FLAT_TABLE, STEEP_TABLE, lossless_jpeg
+
+from fullwell.errors import UnreadableFileError, UnsuitableFileError
+from fullwell.kernels.lossless_jpeg import COMPLETE, decode_scan, decode_scan_plain, decoding_tables
+from fullwell.raw.lossless_jpeg import decode_lossless, parse_scan
+
+
+def samples_of(*, lines: int, columns: int, components: int, precision: int, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    steep = rng.integers(0, 1 << precision, (lines, columns, components))
+    gentle = rng.normal(1 << (precision - 1), 3, (lines, columns, components)).round()
+    return np.where(rng.random((lines, columns, components)) < 0.5, steep, gentle).astype(np.uint16)
+
+
+@pytest.mark.parametrize("table", [FLAT_TABLE, STEEP_TABLE], ids=["flat", "steep"])
+@pytest.mark.parametrize("components", [1, 2, 3])
+@pytest.mark.parametrize("predictor", range(1, 8))
+def test_kernel_and_twin_recover_what_was_coded(predictor: int, components: int, table: tuple) -> None:
+    samples = samples_of(lines=7, columns=9, components=components, precision=14, seed=predictor)
+    stream = lossless_jpeg(samples, precision=14, predictor=predictor, table=table)
+    scan = parse_scan(memoryview(stream))
+    assert (scan.width, scan.height, scan.predictor, len(scan.tables)) == (9, 7, predictor, components)
+    parameters = {"width": 9, "height": 7, "start_value": 1 << 13, "predictor": predictor, "shift": 0}
+    coded = np.frombuffer(stream, dtype=np.uint8)[scan.start :]
+    outcome, fast = decode_scan(coded, decoding_tables((table,) * components), **parameters)
+    plain = decode_scan_plain(stream[scan.start : -2], (table,) * components, **parameters)
+    assert outcome == COMPLETE
+    np.testing.assert_array_equal(fast, samples.reshape(7, -1))
+    np.testing.assert_array_equal(plain, samples.reshape(7, -1))
+
+
+@pytest.mark.parametrize("predictor", range(1, 8))
+def test_agrees_with_an_independent_decoder(predictor: int) -> None:
+    samples = samples_of(lines=16, columns=24, components=1, precision=12, seed=predictor)
+    stream = lossless_jpeg(samples, precision=12, predictor=predictor)
+    ours = decode_lossless(memoryview(stream), samples=16 * 24)
+    np.testing.assert_array_equal(ours, imagecodecs.ljpeg_decode(stream).ravel())
+
+
+@pytest.mark.parametrize("bits", [8, 10, 12, 14, 16])
+def test_decodes_an_independent_encoder(bits: int) -> None:
+    samples = np.random.default_rng(bits).integers(0, 1 << bits, (40, 64), dtype=np.uint16)
+    stream = bytes(imagecodecs.ljpeg_encode(samples, bitspersample=bits))
+    np.testing.assert_array_equal(decode_lossless(memoryview(stream), samples=samples.size), samples.ravel())
+
+
+def test_difference_of_32768_has_no_additional_bits() -> None:
+    samples = np.array([[[0], [32768], [0], [65535], [32767]]], dtype=np.uint16)
+    stream = lossless_jpeg(samples, precision=16, predictor=1)
+    np.testing.assert_array_equal(decode_lossless(memoryview(stream), samples=5), samples.ravel())
+
+
+def test_point_transform_is_undone() -> None:
+    samples = (np.arange(24, dtype=np.uint16).reshape(4, 6, 1)) << 2
+    stream = lossless_jpeg(samples, precision=12, predictor=4, shift=2)
+    np.testing.assert_array_equal(decode_lossless(memoryview(stream), samples=24), samples.ravel())
+
+
+def test_a_stream_that_ends_early_is_damaged() -> None:
+    samples = samples_of(lines=20, columns=20, components=1, precision=12, seed=1)
+    stream = lossless_jpeg(samples, precision=12, predictor=1)
+    with pytest.raises(UnreadableFileError, match="ends early") as caught:
+        decode_lossless(memoryview(stream[: len(stream) // 2]), samples=400)
+    assert caught.value.code == "file-damaged"
+
+
+def test_a_stream_of_too_few_samples_is_damaged() -> None:
+    stream = lossless_jpeg(np.zeros((4, 4, 1), np.uint16), precision=12, predictor=1)
+    with pytest.raises(UnreadableFileError, match="16 pixels of 17"):
+        decode_lossless(memoryview(stream), samples=17)
+
+
+def test_an_impossible_code_is_damaged() -> None:
+    samples = np.zeros((4, 100, 1), np.uint16)
+    stream = bytearray(lossless_jpeg(samples, precision=12, predictor=1))
+    stream[-4:-2] = b"\xef\xef"  # 11101 is none of the seventeen codes of five bits
+    with pytest.raises(UnreadableFileError, match="impossible code"):
+        decode_lossless(memoryview(bytes(stream)), samples=400)
+
+
+@pytest.mark.parametrize("marker", [0xC0, 0xC1, 0xC2])
+def test_cosine_transform_is_lossy(marker: int) -> None:
+    stream = bytearray(lossless_jpeg(np.zeros((4, 4, 1), np.uint16), precision=12, predictor=1))
+    stream[stream.index(b"\xff\xc3") + 1] = marker
+    with pytest.raises(UnsuitableFileError) as caught:
+        parse_scan(memoryview(bytes(stream)))
+    assert caught.value.code == "lossy-compression"
+
+
+def test_restart_intervals_are_refused() -> None:
+    stream = lossless_jpeg(np.zeros((4, 4, 1), np.uint16), precision=12, predictor=1)
+    with_restart = stream[:2] + struct.pack(">BBHH", 0xFF, 0xDD, 4, 8) + stream[2:]
+    with pytest.raises(UnsuitableFileError, match="restart") as caught:
+        parse_scan(memoryview(with_restart))
+    assert caught.value.code == "unsupported-compression"

@@ -1,6 +1,10 @@
 """Exit statuses of RESULTS 1, through the commands' own guard."""
 
 import errno
+import os
+import signal
+import subprocess
+import time
 from collections.abc import Callable, Generator
 from pathlib import Path
 
@@ -64,3 +68,26 @@ def test_an_exit_passes_the_guard_untouched(tmp_path: Path) -> None:
     with pytest.raises(typer.Exit) as caught, guarded(verbose=False):
         raise typer.Exit(1)
     assert caught.value.exit_code == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a signal that only POSIX can send to one process")
+def test_an_interrupt_is_status_130_and_leaves_nothing(program: list[str], tmp_path: Path) -> None:
+    config = tmp_path / "long.toml"
+    config.write_text(
+        "seed = 1\n[camera]\nwidth = 640\nheight = 480\n"
+        "[study]\nisos = [100]\ndark = {exposures_s = [0.5], frames = 20000}\n",
+        encoding="utf-8",
+    )
+    out = tmp_path / "frames"
+    command = [*program, "simulate", str(config), "-o", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60.0
+        while not list(tmp_path.glob(".frames-*/**/*.dng")):
+            assert process.poll() is None, process.communicate()[1]
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _shown, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.endswith("fullwell: Interrupted; nothing was left half-written.\n")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["long.toml"]

@@ -1,8 +1,11 @@
 """The command line: a thin shell that parses, calls the workflow and prints."""
 
 import sys
+from typing import Final
 
 from fullwell.cli.overview import overview, version_line
+
+_INTERRUPTED: Final = 130
 
 
 def main() -> None:
@@ -16,6 +19,9 @@ def main() -> None:
     elif arguments == ["--version"]:
         sys.stdout.write(version_line())
     else:
-        from fullwell.cli.app import run  # noqa: PLC0415 - `fullwell --help` must not wait for it
+        try:
+            from fullwell.cli.app import app  # noqa: PLC0415 - `fullwell --help` must not wait for it
 
-        run()
+            app(prog_name="fullwell")
+        except KeyboardInterrupt:
+            sys.exit(_INTERRUPTED)

@@ -12,7 +12,6 @@ from fullwell.cli.inspect import inspect
 from fullwell.cli.options import Version
 from fullwell.cli.overview import overview, summary_of
 from fullwell.cli.simulate import simulate
-from fullwell.cli.status import INTERRUPTED
 
 _CONTEXT = {"help_option_names": ["-h", "--help"]}
 
@@ -43,11 +42,3 @@ def everything(
     if context.invoked_subcommand is None:
         sys.stderr.write(overview())
         raise typer.Exit(2)
-
-
-def run() -> None:
-    """Run the program; exits with the status of RESULTS section 1."""
-    try:
-        app(prog_name="fullwell")
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)

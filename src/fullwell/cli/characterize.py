@@ -58,17 +58,13 @@ def characterize(
 ) -> None:
     """Measure a sensor."""
     with guarded(verbose=verbose):
-        from fullwell.cli.parsing import crop_from, selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
+        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
-        options = Options(
-            selection=selection_from(
-                isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera
-            ),
-            tile=tile,
-            crop=None if crop is None else crop_from(crop),
-            workers=workers or os.cpu_count() or 1,
+        selection = selection_from(
+            isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera, crop=crop
         )
+        options = Options(selection=selection, tile=tile, crop=selection.crop, workers=workers or os.cpu_count() or 1)
         if dry_run:
             findings = _show_plan(path, options, as_json=as_json)
         else:

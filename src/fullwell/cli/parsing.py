@@ -24,6 +24,7 @@ def selection_from(
     black: str | None = None,
     white: float | None = None,
     camera: str | None = None,
+    crop: str | None = None,
 ) -> Selection:
     """Return what the user asked for.
 
@@ -41,6 +42,7 @@ def selection_from(
         black_level=None if black is None else _black(black),
         white_level=white,
         camera=None if camera is None else camera_named(camera),
+        crop=None if crop is None else _crop(crop),
     )
 
 
@@ -52,7 +54,7 @@ def cfa_from(text: str) -> str:
     return known[text.casefold()]
 
 
-def crop_from(text: str) -> tuple[int, int, int, int]:
+def _crop(text: str) -> tuple[int, int, int, int]:
     """Return x, y, width and height of a region [pixel]."""
     wish = f"--crop {text}: give x,y,width,height in pixels of the visible mosaic, for example 100,100,800,600."
     try:

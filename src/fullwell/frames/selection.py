@@ -25,6 +25,8 @@ class Selection:
         Levels given by the user [DN], one or one per CFA site.
     camera
         Facts given by ``--camera``, above the manifest's.
+    crop
+        x, y, width and height of the region to use, in pixels of the visible mosaic; None is all of it.
 
     """
 
@@ -35,6 +37,7 @@ class Selection:
     black_level: tuple[float, ...] | None = None
     white_level: float | None = None
     camera: Camera | None = None
+    crop: tuple[int, int, int, int] | None = None
 
     def wants(self, *, iso: float | None, exposure_s: float | None) -> bool:
         """Return whether a frame's ISO and exposure were asked for."""

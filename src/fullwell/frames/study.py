@@ -8,6 +8,7 @@ from pathlib import Path
 from fullwell.errors import UsageError
 from fullwell.frames.cameras import combined
 from fullwell.frames.checks import exclusion_findings, keep_uniform, merged, study_findings
+from fullwell.frames.crop import cropped
 from fullwell.frames.discovery import discover
 from fullwell.frames.grouping import group_series
 from fullwell.frames.levels import black_level, white_level
@@ -72,7 +73,8 @@ def _indexed(source: Source, *, path: Path, selection: Selection) -> Study:
     known, unknown = _known_cfa(chosen, path=path)
     kept, differing = keep_uniform(known)
     excluded = tuple(sorted((*unreadable, *unknown, *differing), key=lambda one: (one.name, one.code)))
-    return _assembled(source, kept=kept, excluded=excluded, camera=camera, selection=selection)
+    study = _assembled(source, kept=kept, excluded=excluded, camera=camera, selection=selection)
+    return study if selection.crop is None else cropped(study, selection.crop)
 
 
 def source_of(path: Path) -> Source:

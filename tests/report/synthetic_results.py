@@ -80,21 +80,25 @@ def _channel_rows(rng: np.random.Generator, iso: float, channel: str) -> list[Ro
 
 def _rows(rng: np.random.Generator) -> tuple[Row, ...]:
     rows = [row for iso in ISOS for channel in RESPONSE for row in _channel_rows(rng, iso, channel)]
-    for iso in ISOS:
-        rows.append(
-            _row(
-                "system_gain",
-                "all",
-                "photon-transfer",
-                Measured.normal(gain_at(iso), 3e-4 * gain_at(iso), DN_PER_ELECTRON),
-                iso=iso,
-                flags=("channels-differ", "recommended"),
-            )
+    rows += [
+        _row(
+            "system_gain",
+            "all",
+            "photon-transfer",
+            Measured.normal(gain_at(iso), 3e-4 * gain_at(iso), DN_PER_ELECTRON),
+            iso=iso,
+            flags=("channels-differ", "recommended"),
         )
+        for iso in ISOS
+    ]
     for channel in RESPONSE:
         rows += [
-            _row("read_noise_pre", channel, "amplification-fit", Measured.normal(0.699, 2e-4, DN), flags=("recommended",)),
-            _row("read_noise_post", channel, "amplification-fit", Measured.normal(0.35, 2e-3, DN), flags=("recommended",)),
+            _row(
+                "read_noise_pre", channel, "amplification-fit", Measured.normal(0.699, 2e-4, DN), flags=("recommended",)
+            ),
+            _row(
+                "read_noise_post", channel, "amplification-fit", Measured.normal(0.35, 2e-3, DN), flags=("recommended",)
+            ),
         ]
     return tuple(rows)
 
@@ -126,7 +130,19 @@ def _transfer(rng: np.random.Generator) -> Curve:
                     variance = fitted * (1 + residual * 0.011)
                     used = "no" if rng.uniform() < 0.01 else "yes"
                     points.append(
-                        (iso, channel, "flat", exposure, signal, variance, 0.011 * fitted, 16380, fitted, residual, used)
+                        (
+                            iso,
+                            channel,
+                            "flat",
+                            exposure,
+                            signal,
+                            variance,
+                            0.011 * fitted,
+                            16380,
+                            fitted,
+                            residual,
+                            used,
+                        )
                     )
     columns = {"iso": "1", "channel": "", "kind": "", "exposure_s": "s", "signal": DN, "variance": DN2}
     columns |= {"variance_std_error": DN2, "dof": "1", "fitted": DN2, "residual": "1", "used": ""}

@@ -1,0 +1,143 @@
+"""The report is one page that needs nothing else, says findings first, and leaves no number unexplained."""
+
+import base64
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+
+from fullwell.figures.results import Results, Row
+from fullwell.findings import Finding, Severity
+from fullwell.report.html import report_html
+from fullwell.units import Measured
+
+
+class Outline(HTMLParser):
+    """Collects what a test asks about a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.loads: list[str] = []
+        self.links: list[str] = []
+        self.anchors: set[str] = set()
+        self.pictures: list[dict[str, str | None]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        if values.get("id"):
+            self.anchors.add(values["id"])
+        if tag == "a":
+            self.links.append(values["href"])
+        elif tag == "img":
+            self.pictures.append(values)
+        if tag in ("script", "link", "iframe", "object", "embed", "source", "video", "audio"):
+            self.loads += [values[key] for key in ("src", "href", "data") if key in values]
+
+
+@pytest.fixture(scope="module")
+def outline(page):
+    return Outline(page)
+
+
+def test_nothing_is_loaded_from_anywhere(page, outline):
+    assert outline.loads == []
+    assert all(picture["src"].startswith("data:image/") for picture in outline.pictures)
+    style = page[page.index("<style>") : page.index("</style>")]
+    assert "url(" not in style
+    assert "@import" not in style
+    script = page[page.index("<script>") :]
+    assert "fetch(" not in script
+    assert "http" not in script
+
+
+def test_pictures_inside_load_nothing_either(outline):
+    for picture in outline.pictures:
+        kind, _, data = picture["src"].partition(";base64,")
+        if kind == "data:image/svg+xml":
+            svg = base64.b64decode(data).decode()
+            assert all(link.startswith(("#", "data:")) for link in re.findall(r'href="([^"]*)"', svg))
+
+
+def test_every_link_leads_to_a_place_on_the_page(outline):
+    assert outline.links
+    assert {link.removeprefix("#") for link in outline.links} <= outline.anchors
+
+
+def test_every_picture_says_in_words_what_it_shows(outline):
+    assert len(outline.pictures) >= 20
+    assert all(len(picture["alt"] or "") > 20 for picture in outline.pictures)
+
+
+def test_findings_stand_first_and_the_worst_before_the_others(page):
+    places = [page.index(f'class="finding {severity}"') for severity in ("error", "warning", "info")]
+    assert places == sorted(places)
+    assert page.index('id="findings"') < page.index('id="summary"') < page.index('id="photon-transfer"')
+
+
+def test_every_measurement_has_its_section(outline):
+    wanted = "findings summary against-iso photon-transfer snr saturation read-noise row-column-noise dark-current"
+    wanted += " black-level differences exposure-series drift published rows inventory definitions"
+    assert set(wanted.split()) <= outline.anchors
+
+
+def test_every_quantity_shown_is_defined(results, outline):
+    shown = {row.quantity.removesuffix("_variance") for row in results.rows}
+    assert {f"def-{name}" for name in shown} <= outline.anchors
+
+
+def test_the_published_flows_say_why_they_differ(page):
+    assert "10.6 %" in page
+    assert "published against recommended: −8.9 %" in page
+
+
+def test_six_isos_stay_small(page):
+    assert len(page) < 6_000_000
+
+
+def test_a_study_that_tells_nothing_names_the_missing_captures():
+    finding = Finding(code="no-dark-frames", severity=Severity.WARNING, message="no dark frames at ISO 99: none taken")
+    page = report_html(Results(study={}, rows=(), findings=(finding,), curves=()), None)
+    for words in ("No dark frames at ISO 99", "capture dark bursts", "capture flat frames", "capture a burst of bias"):
+        assert words in page
+
+
+def test_what_comes_from_files_cannot_become_markup():
+    evil = "<script>alert(1)</script>"
+    finding = Finding(code="x", severity=Severity.ERROR, message=evil, files=(evil,))
+    row = Row(quantity=evil, channel="G1", method=evil, measured=Measured.exact(1.0, "DN"), source=evil)
+    study = {"name": evil, "camera": evil, "files": [{"path": evil}]}
+    page = report_html(Results(study=study, rows=(row,), findings=(finding,), curves=(), run={"command": evil}), None)
+    assert evil not in page
+
+
+def test_one_unknown_iso_and_one_channel_draw_without_complaint(results):
+    def mono(values):
+        return tuple("mono" if value in ("R", "G1", "G2", "B") else value for value in values)
+
+    curves = []
+    for curve in results.curves:
+        keep = [i for i, iso in enumerate(curve.column("iso")) if iso == 55.0 and curve.column("channel")[i] == "G1"]
+        columns = tuple(
+            replace(
+                column,
+                values=mono(tuple(None if column.name == "iso" else column.values[i] for i in keep)),
+            )
+            for column in curve.columns
+        )
+        curves.append(replace(curve, columns=columns))
+    rows = tuple(
+        replace(row, iso=None, channel="mono") for row in results.rows if row.iso == 55.0 and row.channel == "G1"
+    )
+    page = report_html(replace(results, rows=rows, curves=tuple(curves)), None)
+    assert "unknown ISO" in page
+
+
+def test_many_rows_are_left_to_the_tables():
+    row = Row(
+        quantity="read_noise", channel="G1", method="anova", measured=Measured.exact(1.0, "DN"), region="tile:0,0"
+    )
+    whole = replace(row, region=None)
+    page = report_html(Results(study={}, rows=(*[row] * 4500, whole), findings=(), curves=()), None)
+    assert "4500 rows stand only there" in page

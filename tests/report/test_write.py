@@ -1,0 +1,125 @@
+"""The results folder appears whole or not at all, and never in the place of somebody else's files."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from fullwell.errors import UsageError
+from fullwell.figures.results import Results
+from fullwell.report import write
+from fullwell.report.write import check_target, write_results
+
+SMALL = Results(study={"name": "a"}, rows=(), findings=(), curves=())
+FILES = ["report.html", "results.csv", "results.json", "results.parquet"]
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_missing_folder_is_made_with_its_parents(tmp_path):
+    out = tmp_path / "deep" / "er" / "out"
+    write_results(SMALL, out)
+    assert names(out) == FILES
+    assert names(out.parent) == ["out"]
+
+
+def test_an_empty_folder_is_filled(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    write_results(SMALL, out)
+    assert names(out) == FILES
+
+
+def test_our_own_results_are_replaced_with_all_that_stood_there(tmp_path):
+    out = tmp_path / "out"
+    write_results(SMALL, out)
+    (out / "stale.npz").write_bytes(b"old map")
+    write_results(replace(SMALL, study={"name": "b"}), out)
+    assert names(out) == FILES
+    assert json.loads((out / "results.json").read_text())["study"] == {"name": "b"}
+    assert names(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("thesis.tex", "years of work"),
+        ("results.json", '{"schema": "somebody-elses/1"}'),
+        ("results.json", '["fullwell-results/1"]'),
+        ("results.json", "not JSON"),
+    ],
+)
+def test_a_folder_of_somebody_else_is_refused_and_untouched(tmp_path, name, content):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).write_text(content)
+    for act in (lambda: check_target(out), lambda: write_results(SMALL, out)):
+        with pytest.raises(UsageError, match="name a new or empty folder"):
+            act()
+    assert (out / name).read_text() == content
+    assert names(tmp_path) == ["out"]
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path):
+    out = tmp_path / "out"
+    out.write_text("a file")
+    with pytest.raises(UsageError, match="is a file"):
+        check_target(out)
+
+
+def test_a_file_in_the_place_of_a_parent_is_refused(tmp_path):
+    (tmp_path / "file").write_text("a file")
+    with pytest.raises(UsageError, match="cannot be written"):
+        check_target(tmp_path / "file" / "out")
+
+
+def test_checking_a_target_makes_nothing(tmp_path):
+    check_target(tmp_path / "a" / "b")
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("failure", [KeyboardInterrupt, OSError])
+@pytest.mark.parametrize("moment", ["rows_csv", "write_parquet", "report_html", "_replace"])
+def test_a_failure_at_any_moment_leaves_what_was_there(tmp_path, monkeypatch, failure, moment):
+    out = tmp_path / "out"
+    write_results(SMALL, out)
+    before = (out / "results.json").read_bytes()
+
+    def fail(*_arguments, **_options):
+        raise failure
+
+    monkeypatch.setattr(write, moment, fail)
+    for target in (out, tmp_path / "new"):
+        with pytest.raises(failure):
+            write_results(replace(SMALL, study={"name": "b"}), target)
+    assert names(tmp_path) == ["out"]
+    assert names(out) == FILES
+    assert (out / "results.json").read_bytes() == before
+
+
+def test_a_failure_between_the_two_renames_brings_the_former_back(tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    write_results(SMALL, out)
+    before = (out / "results.json").read_bytes()
+    rename = type(out).rename
+
+    def interrupted(self, target):
+        if self.name == "fresh":
+            raise KeyboardInterrupt
+        return rename(self, target)
+
+    monkeypatch.setattr(type(out), "rename", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_results(replace(SMALL, study={"name": "b"}), out)
+    assert (out / "results.json").read_bytes() == before
+    assert names(tmp_path) == ["out"]
+
+
+def test_the_tables_are_the_same_bytes_twice(tmp_path, results):
+    few = replace(results, rows=results.rows[:50], curves=())
+    for name in ("a", "b"):
+        write_results(few, tmp_path / name)
+    for file in ("results.json", "results.csv", "results.parquet", "report.html"):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from fullwell.fit.censored import code_step, fit_censored_normal, is_clipped_low
+from fullwell.fit.censored import code_step, fit_censored_normal, is_clipped_low, trim_hot_pixels
 
 NOISE = 1.5
 
@@ -104,3 +104,14 @@ def test_rescaled_codes():
 def test_one_code_says_nothing():
     with pytest.raises(ValueError, match="one populated code"):
         fit_censored_normal(64, np.array([7]), clipped_low=False, clipped_high=False)
+
+
+def test_hot_pixels_do_not_set_the_noise():
+    rng = np.random.default_rng(38)
+    first, counts = _histogram(rng, mean=65.0, noise=3.0, rail=64, hot=0.001)
+    naive = fit_censored_normal(first, counts, clipped_low=True, clipped_high=False).noise
+    fit = fit_censored_normal(first, trim_hot_pixels(counts), clipped_low=True, clipped_high=False).noise
+    assert naive.value > 4.0
+    assert abs(fit.value - 3.0) <= 4.0 * fit.std_error
+    clean = rng.multinomial(20_000, _cells(1.0, NOISE, 24))
+    np.testing.assert_array_equal(np.trim_zeros(trim_hot_pixels(clean), "b"), np.trim_zeros(clean, "b"))

@@ -47,7 +47,7 @@ def test_T7_digital_white_balance_is_seen(chart):  # noqa: N802 - METHOD's name 
 
 def test_curves_that_do_not_fit_are_compared_by_their_misfit(chart):
     """Scatter beyond the model's would make chi-square cry wolf; the ratio of misfits does not."""
-    camera, sets = chart(), 300
+    camera, sets = chart(), 150
     signal, variance = camera.simulate(np.random.default_rng(78), sets=sets, n=N)
     variance = variance * (1.0 + 0.06 * np.random.default_rng(79).standard_normal(variance.shape))
     found = [fit_shared_curve(_channels(s, v)) for s, v in zip(signal, variance, strict=True)]

@@ -72,6 +72,8 @@ def test_two_bursts_have_no_scatter():
     known = fit_dark_line([0.1, 1.1], [64.0, 65.0], mean_std_error_dn=0.003)
     assert known.slope.std_error == pytest.approx(0.003 * np.sqrt(2.0))
     assert known.intercept.std_error == pytest.approx(0.003 * np.hypot(1.1, 0.1))
+    few = fit_dark_line([0.1, 1.1], [64.0, 65.0], mean_std_error_dn=0.003, mean_dof=3.0)
+    assert few.slope.dof == pytest.approx(6.0)
     with pytest.raises(ValueError, match="two or more different exposures"):
         fit_dark_line([0.1, 0.1], [64.0, 64.1])
 

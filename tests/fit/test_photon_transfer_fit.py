@@ -243,6 +243,17 @@ def test_burst_fit_separates_all_four_causes(chart):
     assert covariance[1, 1] == pytest.approx(fit.system_gain.std_error**2)
 
 
+def test_pooled_tiles_count_their_mean_square(chart):
+    """Tiles of unequal signal pooled into one point: C multiplies the mean of S^2, not the square of the mean."""
+    camera = chart()
+    signal, (a, b, c) = camera.signal_dn, camera.truth
+    mean_square = 1.1 * signal**2
+    spatial = (a + b * signal) / 4 + c * mean_square + a
+    arguments = (signal, a + b * signal, 10000, spatial, 2494)
+    fit = fit_burst_photon_transfer(*arguments, frames=4, n=None, mean_square_dn2=mean_square)
+    np.testing.assert_allclose(fit.coefficients, [a, b, c, a], rtol=1e-8)
+
+
 def test_one_pattern_seen_often_is_one_draw(chart):
     camera = chart()
     signal, (a, b, c) = camera.signal_dn, camera.truth

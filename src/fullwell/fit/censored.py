@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, ndtri
 
 from fullwell.fit.gamma_likelihood import Array
 from fullwell.units import DN, Measured
@@ -129,11 +129,31 @@ def is_clipped_low(
         return True
     if cells.size < 3 or cells[1:3].min() <= MAX_CLIPPED * total:
         return first_code == suspected_rail
-    body = max(int(np.searchsorted(np.cumsum(cells), _BODY * total)), 2)
-    pooled = np.append(cells[:body], cells[body:].sum())
-    fit = fit_censored_normal(0, pooled, clipped_low=True, clipped_high=True)
+    fit = _fit_body(cells)
     below = float(np.exp(log_ndtr((-0.5 - fit.mean.value) / fit.noise.value)))
     return below > max(_MISSING_SHARE, _MISSING / total)
+
+
+def trim_hot_pixels(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the histogram without the codes so high that the noise of its body puts no value there.
+
+    A normal law has no room for hot pixels, and a few of them would set the noise of the whole fit. The body is all up
+    to the 84 % quantile, and the lowest code may be a rail; codes are kept up to where less than 0.05 values are
+    expected beyond. Where the body spans fewer than three codes nothing is cut.
+
+    Examples
+    --------
+    >>> trim_hot_pixels(np.array([500, 300, 150, 40, 8, 2, 0, 0, 0, 0, 0, 0, 0, 3])).size
+    7
+
+    """
+    cells = np.asarray(counts, np.int64)
+    total = int(cells.sum())
+    if np.count_nonzero(cells) < 3:
+        return counts
+    fit = _fit_body(cells)
+    limit = fit.mean.value - float(ndtri(0.05 / total)) * fit.noise.value
+    return counts[: max(int(np.ceil(limit)) + 1, 3)]
 
 
 def code_step(counts: NDArray[np.int64]) -> int:
@@ -151,6 +171,13 @@ def code_step(counts: NDArray[np.int64]) -> int:
     if populated.size < 3:
         return 1
     return max(int(np.gcd.reduce(np.diff(populated))), 1)
+
+
+def _fit_body(cells: NDArray[np.int64]) -> CensoredNormal:
+    """Fit the codes up to the 84 % quantile, all above pooled, the lowest as a rail."""
+    body = max(int(np.searchsorted(np.cumsum(cells), _BODY * int(cells.sum()))), 2)
+    pooled = np.append(cells[:body], cells[body:].sum())
+    return fit_censored_normal(0, pooled, clipped_low=True, clipped_high=True)
 
 
 def _maximize(cells: Array, lower: Array, upper: Array) -> tuple[Array, Array, bool]:

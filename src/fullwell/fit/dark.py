@@ -116,6 +116,7 @@ def fit_dark_line(
     *,
     weights: ArrayLike | None = None,
     mean_std_error_dn: ArrayLike | None = None,
+    mean_dof: ArrayLike | None = None,
 ) -> DarkLine:
     """Fit a line through burst means (or frame means) against exposure (METHOD 4.1, 4.2).
 
@@ -130,6 +131,8 @@ def fit_dark_line(
     mean_std_error_dn
         Known standard error of each mean, used only where the scatter about the line cannot say it: with two means,
         or with none at all. Without it the errors are None there [DN].
+    mean_dof
+        Degrees of freedom of those errors (frames less one, where they come from frame means); many by default.
 
     Returns
     -------
@@ -159,7 +162,12 @@ def fit_dark_line(
     if mean_std_error_dn is None:
         return _dark_line((intercept, slope), None, None, time, residuals)
     known = np.broadcast_to(np.asarray(mean_std_error_dn, np.float64), time.shape)
-    return _dark_line((intercept, slope), (projection * known**2) @ projection.T, None, time, residuals)
+    covariance = np.asarray((projection * known**2) @ projection.T, np.float64)
+    parts = (projection[1] * known) ** 2
+    doubt = 0.0 if mean_dof is None else float(np.sum(parts**2 / np.asarray(mean_dof, np.float64)))
+    return _dark_line(
+        (intercept, slope), covariance, float(parts.sum()) ** 2 / doubt if doubt > 0.0 else None, time, residuals
+    )
 
 
 def burst_effect(exposure_s: ArrayLike, frame_means_dn: Sequence[Array]) -> BurstEffect:

@@ -44,7 +44,7 @@ def characterize(
     exposure: Exposures = None,
     only: Only = None,
     crop: Crop = None,
-    tile: Tile = 64,
+    tile: Tile = None,
     cfa: Cfa = None,
     black: Black = None,
     white: White = None,

@@ -30,7 +30,15 @@ Only = Annotated[
 Crop = Annotated[
     str | None, typer.Option("--crop", metavar="X,Y,W,H", help="Measure this region of the visible mosaic.")
 ]
-Tile = Annotated[int, typer.Option("--tile", min=4, metavar="N", help="Edge of a tile in pixels of a CFA plane.")]
+Tile = Annotated[
+    int | None,
+    typer.Option(
+        "--tile",
+        min=4,
+        metavar="N",
+        help="Edge of a tile in pixels of a CFA plane; by default 64, or an eighth of a small plane.",
+    ),
+]
 Cfa = Annotated[
     str | None,
     typer.Option("--cfa", metavar="ORDER", help="RGGB, GRBG, GBRG, BGGR or mono, above what the files say."),

@@ -14,6 +14,7 @@ from fullwell.figures.results import Results
 from fullwell.findings import Finding, Severity
 from fullwell.frames.series import Exclusion, Kind, Series, Study
 from fullwell.frames.study import load_study
+from fullwell.raw.cfa import cell
 from fullwell.raw.image import Levels
 from fullwell.report.write import check_target, write_results
 from fullwell.workflow.executor import Progress
@@ -25,6 +26,8 @@ from fullwell.workflow.options import Options
 from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.reduce import Reduction, reduce_study
 
+LARGEST_TILE = 64
+SMALLEST_TILE = 8
 MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
 _SEVERITY_ORDER = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
 
@@ -83,17 +86,27 @@ def measure(
             f"{path} holds no flat, dark or bias frames to measure; name the folders flat, dark and bias, or write a "
             "study.toml with `fullwell index`"
         )
-    reduction = reduce_study(measured, workers=options.workers, tile=options.tile, progress=progress)
+    tile = options.tile or default_tile(study)
+    reduction = reduce_study(measured, workers=options.workers, tile=tile, progress=progress)
     groups = group_by_iso(measured, reduction.statistics)
     sections = [measure_iso(study, group) for group in groups]
     section = joined([*sections, measure_against_iso(study, groups, [row for one in sections for row in one.rows])])
-    return _results(study, options, reduction, section), groups, study
+    return _results(study, options, tile, reduction, section), groups, study
 
 
-def _results(study: Study, options: Options, reduction: Reduction, section: Section) -> Results:
+def default_tile(study: Study) -> int:
+    """Return the edge of a tile: 64 pixels of a plane, or an eighth of its shorter side where that is less, at least 8.
+
+    A quadratic surface over a tile must follow the shading, or what is left of it counts as fixed pattern.
+    """
+    shorter = min(study.width, study.height) // cell(study.cfa)
+    return max(SMALLEST_TILE, min(LARGEST_TILE, shorter // 8))
+
+
+def _results(study: Study, options: Options, tile: int, reduction: Reduction, section: Section) -> Results:
     findings = (*study.findings, *reduction.findings, *section.findings)
     return Results(
-        study=_describe(study, options, reduction),
+        study=_describe(study, options, tile, reduction),
         rows=section.rows,
         findings=tuple(sorted(findings, key=_finding_order)),
         curves=section.curves,
@@ -104,7 +117,7 @@ def _finding_order(finding: Finding) -> tuple[int, str]:
     return (_SEVERITY_ORDER[finding.severity], finding.code)
 
 
-def _describe(study: Study, options: Options, reduction: Reduction) -> Mapping[str, object]:
+def _describe(study: Study, options: Options, tile: int, reduction: Reduction) -> Mapping[str, object]:
     excluded = sorted((*study.excluded, *reduction.excluded), key=lambda one: one.name)
     gone = {one.name for one in reduction.excluded}
     return {
@@ -115,7 +128,7 @@ def _describe(study: Study, options: Options, reduction: Reduction) -> Mapping[s
         "bit_depth": study.bit_depth,
         "black_level": _describe_levels(study.black_level),
         "white_level": _describe_levels(study.white_level),
-        "settings": _settings(options),
+        "settings": _settings(options, tile),
         "series": [_describe_series(series, gone) for series in study.series],
         "files": [
             _describe_file(series, index, reduction.hashes)
@@ -134,7 +147,7 @@ def _describe_levels(levels: Levels | None) -> Mapping[str, object] | None:
     return None if levels is None else {"values": list(levels.values), "source": levels.source, "tag": levels.tag}
 
 
-def _settings(options: Options) -> Mapping[str, object]:
+def _settings(options: Options, tile: int) -> Mapping[str, object]:
     selection = options.selection
     return {
         "iso": list(selection.isos),
@@ -143,7 +156,7 @@ def _settings(options: Options) -> Mapping[str, object]:
         "cfa": selection.cfa,
         "black_level": None if selection.black_level is None else list(selection.black_level),
         "white_level": selection.white_level,
-        "tile": options.tile,
+        "tile": tile,
         "crop": None if options.crop is None else list(options.crop),
     }
 

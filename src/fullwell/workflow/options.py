@@ -2,11 +2,8 @@
 
 import os
 from dataclasses import dataclass, field
-from typing import Final
 
 from fullwell.frames.selection import Selection
-
-DEFAULT_TILE: Final = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,7 +15,8 @@ class Options:
     selection
         Which frames to use, and facts that outrank the files' own.
     tile
-        Edge of a tile in pixels of a CFA plane.
+        Edge of a tile in pixels of a CFA plane; None is 64, or an eighth of the plane's shorter side where that is
+        less, so that a smooth surface over a tile can follow the shading.
     crop
         x, y, width and height of the region to measure, in pixels of the visible mosaic; None is all of it.
     workers
@@ -31,7 +29,7 @@ class Options:
     """
 
     selection: Selection = field(default_factory=Selection)
-    tile: int = DEFAULT_TILE
+    tile: int | None = None
     crop: tuple[int, int, int, int] | None = None
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
     profile: str | None = None

@@ -106,7 +106,7 @@ def _row(row: Row) -> dict[str, object]:
         "unit": show_unit(row.measured.unit) or "1",
         "interval": show_interval(row.measured),
         "iso": MISSING if row.iso is None else f"{row.iso:g}",
-        "exposure": show_exposure(row.exposure_s),
+        "exposure": "" if row.exposure_s is None else show_exposure(row.exposure_s),
         "region": row.region or "",
         "threshold": "" if row.snr_threshold is None else f"{row.snr_threshold:g}",
         "n": show_plain(None if row.n is None else float(row.n)),

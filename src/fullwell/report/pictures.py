@@ -60,16 +60,16 @@ class DifferencePicture:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DarkZoom:
-    """A small piece of the mean dark frame of one ISO, magnified.
+    """A small piece of a dark frame, or of the mean of several, magnified.
 
     Parameters
     ----------
     iso
         None where unknown.
     image
-        Mean of the frames, black level removed [DN].
+        Values above black, or above their own mean [DN].
     title
-        What is seen.
+        What is seen; it goes into the caption.
 
     """
 

@@ -199,7 +199,7 @@ def difference(picture: DifferencePicture) -> Picture:
 
 
 def zooms(pictures: tuple[DarkZoom, ...]) -> Picture:
-    """Draw magnified pieces of mean dark frames."""
+    """Draw magnified pieces of dark frames."""
     figure, panels = grid_of(len(pictures), panel_height_in=2.9, columns=3)
     for axes, picture in zip(panels, pictures, strict=True):
         image = np.asarray(picture.image, float)
@@ -208,13 +208,16 @@ def zooms(pictures: tuple[DarkZoom, ...]) -> Picture:
         shown = axes.imshow(image, cmap=_GRAYS, vmin=low, vmax=max(high, low + 1e-9), interpolation="nearest")
         axes.set(xticks=[], yticks=[])
         axes.grid(visible=False)
-        axes.set_title(f"{iso_title(picture.iso)}: {picture.title}")
-        figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8, aspect=24, label="Above black [DN]")
+        axes.set_title(iso_title(picture.iso))
+        figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8, aspect=24, label="Raw value above black [DN]")
     return pixel_picture(
         figure,
-        alt="Magnified pieces of the mean dark frame, one per ISO",
-        caption="Magnified pieces of the mean dark frame: single bright points are hot pixels, lines fixed row or "
-        "column patterns.",
+        alt="Magnified pieces of dark frames, one per ISO",
+        caption=(
+            "Magnified: single bright points are hot pixels, lines fixed row or column patterns. "
+            + "; ".join(f"{iso_title(picture.iso)}: {picture.title}" for picture in pictures)
+            + "."
+        ),
     )
 
 

@@ -4,10 +4,14 @@ import imagecodecs
 import numpy as np
 import pytest
 from dng_builder import FLAT_TABLE, STEEP_TABLE, lossless_jpeg
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
 from fullwell.kernels.lossless_jpeg import COMPLETE, decode_scan, decode_scan_plain, decoding_tables
+from fullwell.kernels.lossless_jpeg_encoding import count_categories, encode_scan, encode_scan_plain
 from fullwell.raw.lossless_jpeg import decode_lossless, parse_scan
+from fullwell.raw.lossless_jpeg_writing import code_lengths, encode_lossless
 
 
 def samples_of(*, lines: int, columns: int, components: int, precision: int, seed: int) -> np.ndarray:
@@ -98,3 +102,44 @@ def test_restart_intervals_are_refused() -> None:
     with pytest.raises(UnsuitableFileError, match="restart") as caught:
         parse_scan(memoryview(with_restart))
     assert caught.value.code == "unsupported-compression"
+
+
+@pytest.mark.parametrize("predictor", [1, 7])
+@pytest.mark.parametrize("components", [1, 2])
+def test_encoding_kernel_equals_its_twin(components: int, predictor: int) -> None:
+    samples = samples_of(lines=9, columns=11, components=components, precision=16, seed=predictor)
+    codes, lengths = np.arange(17), np.full(17, 5)
+    counts = count_categories(samples, start_value=1 << 15, predictor=predictor)
+    size = int((counts * (lengths + np.arange(17) % 16)).sum())
+    options = {"codes": codes, "lengths": lengths, "start_value": 1 << 15, "predictor": predictor}
+    assert encode_scan(samples, size_bits=size, **options) == encode_scan_plain(samples, **options)
+
+
+@settings(deadline=None)
+@given(
+    lines=st.integers(1, 20),
+    columns=st.integers(1, 20),
+    components=st.integers(1, 2),
+    precision=st.integers(8, 16),
+    predictor=st.sampled_from((1, 7)),
+    spread=st.floats(0, 5e4),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_what_is_encoded_decodes_here_and_elsewhere(
+    *, lines: int, columns: int, components: int, precision: int, predictor: int, spread: float, seed: int
+) -> None:
+    noise = np.random.default_rng(seed).normal(0, spread, (lines, columns, components)).astype(np.int64)
+    samples = ((noise + 300) % (1 << precision)).astype(np.uint16)
+    stream = encode_lossless(samples, precision=precision, predictor=predictor)
+    np.testing.assert_array_equal(decode_lossless(memoryview(stream), samples=samples.size), samples.ravel())
+    np.testing.assert_array_equal(imagecodecs.ljpeg_decode(stream).ravel(), samples.ravel())
+
+
+def test_codes_are_short_enough_however_rare_their_categories() -> None:
+    fibonacci = [1, 1]
+    while len(fibonacci) < 17:
+        fibonacci.append(fibonacci[-1] + fibonacci[-2])
+    for counts in (fibonacci, fibonacci[::-1], [1] * 16 + [10**9], [0] * 5 + [7] + [0] * 11):
+        lengths = code_lengths(counts)
+        assert all(1 <= length <= 16 for count, length in zip(counts, lengths, strict=True) if count)
+        assert sum(2.0**-length for length in lengths if length) < 1.0  # the code of ones alone stays free

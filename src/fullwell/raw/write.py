@@ -180,12 +180,16 @@ def _tile(block: NDArray[np.uint16], tile: tuple[int, int]) -> NDArray[np.uint16
 
 
 def _lossless(block: NDArray[np.uint16], *, bit_depth: int, cfa: str) -> bytes:
-    """Return a tile as lossless JPEG, two rows of a Bayer tile as one line: above is then the same colour."""
-    from imagecodecs import ljpeg_encode  # noqa: PLC0415 - loads when used
+    """Return a block as lossless JPEG: two rows of a Bayer block as one line of two components.
 
-    rows_per_line = cell(cfa) if block.shape[0] % 2 == 0 else 1
-    lines = block.reshape(block.shape[0] // rows_per_line, -1)
-    return bytes(ljpeg_encode(np.ascontiguousarray(lines), bitspersample=bit_depth))
+    Left and above are then the nearest samples of the same colour.
+    """
+    from fullwell.raw.lossless_jpeg_writing import encode_lossless  # noqa: PLC0415 - loads the JIT when used
+
+    height, width = block.shape
+    paired = cfa != MONO and height % 2 == 0 and width % 2 == 0
+    lines = block.reshape(height // 2, width, 2) if paired else block.reshape(height, width, 1)
+    return encode_lossless(np.ascontiguousarray(lines), precision=bit_depth, predictor=7)
 
 
 def _image_fields(mosaic: NDArray[np.uint16], *, cfa: str) -> list[Field]:

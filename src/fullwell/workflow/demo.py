@@ -1,5 +1,6 @@
 """The demo: the Pixel study with a known truth, simulated as raw files and measured through the front door."""
 
+import html
 import json
 import tempfile
 import time
@@ -23,6 +24,7 @@ from fullwell.workflow.simulate import simulate_config
 
 STUDY: Final = "study"
 COMPARISON: Final = "demo.json"
+REPORT: Final = "report.html"
 SCHEMA: Final = "fullwell-demo/1"
 
 _RECOMMENDED: Final = "recommended"
@@ -135,6 +137,7 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
         ended = time.monotonic()
         study.rename(target / STUDY)
     results = replace(results, run={**results.run, "study": str(out / STUDY)})
+    _name_study(target, results, written=study, now=out / STUDY)
     outcome = DemoOutcome(
         out=out,
         frames=len(simulated.frames),
@@ -143,10 +146,17 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
         simulated_s=between - began,
         characterized_s=ended - between,
     )
-    (target / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
     comparison = json.dumps(_comparison(outcome), indent=1) + "\n"
     (target / COMPARISON).write_text(comparison, encoding="utf-8", newline="\n")
     return outcome
+
+
+def _name_study(target: Path, results: Results, *, written: Path, now: Path) -> None:
+    """Let document and report name the study where it is now, not where it was written."""
+    (target / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
+    report = target / REPORT
+    text = report.read_text(encoding="utf-8").replace(html.escape(str(written)), html.escape(str(now)))
+    report.write_text(text, encoding="utf-8", newline="\n")
 
 
 def pixel_study() -> SimulationConfig:

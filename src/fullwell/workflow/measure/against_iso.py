@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fullwell.figures.results import Column, Curve, Row
-from fullwell.fit.amplification import fit_amplifier_noise
+from fullwell.fit.amplification import AmplifierNoise, fit_amplifier_noise
 from fullwell.frames.series import Study
-from fullwell.units import DN, DN2, ELECTRON, square_root
+from fullwell.units import DN, DN2, ELECTRON, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.section import RECOMMENDED, Section
 
@@ -48,35 +48,13 @@ def _channel(study: Study, channel: str, rows: Sequence[Row]) -> Section:
     values = np.array([variances[iso].measured.value for iso in isos])
     errors = np.array([variances[iso].measured.std_error or np.nan for iso in isos])
     fitted: list[float | None] = [None] * len(isos)
-    split: list[Row] = []
+    split: tuple[Row, ...] = ()
     if len(isos) >= 3 and bool(np.all(values > 0.0)) and bool(np.all(np.isfinite(errors))):
         fit = fit_amplifier_noise(amplification, values, 2.0 * (values / errors) ** 2, quantization_step=0.0)
         fitted = [
             math.sqrt(max(fit.pre_variance.value * one**2 + fit.post_variance.value, 0.0)) for one in amplification
         ]
-        flags = ("model-misfit",) if fit.misfit else ()
-        for quantity, variance in (("read_noise_pre", fit.pre_variance), ("read_noise_post", fit.post_variance)):
-            limit = ("upper-limit",) if variance.value <= 0.0 else ()
-            split.append(
-                Row(
-                    quantity=quantity,
-                    channel=channel,
-                    method="amplification-fit",
-                    measured=square_root(variance, DN),
-                    flags=tuple(sorted({RECOMMENDED, *flags, *limit})),
-                    source="METHOD 3.7",
-                )
-            )
-            split.append(
-                Row(
-                    quantity=f"{quantity}_variance",
-                    channel=channel,
-                    method="amplification-fit",
-                    measured=variance,
-                    flags=tuple(sorted({RECOMMENDED, *flags})),
-                    source="METHOD 3.7",
-                )
-            )
+        split = _split_rows(channel, fit)
     curve = Curve(
         name="read_noise_iso",
         columns=(
@@ -92,4 +70,27 @@ def _channel(study: Study, channel: str, rows: Sequence[Row]) -> Section:
             ),
         ),
     )
-    return Section(rows=tuple(split), curves=(curve,))
+    return Section(rows=split, curves=(curve,))
+
+
+def _split_rows(channel: str, fit: AmplifierNoise) -> tuple[Row, ...]:
+    flags = {RECOMMENDED, *({"model-misfit"} if fit.misfit else set[str]())}
+    rows: list[Row] = []
+    for quantity, variance in (("read_noise_pre", fit.pre_variance), ("read_noise_post", fit.post_variance)):
+        limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
+        rows += [
+            _row(quantity, channel, square_root(variance, DN), flags | limit),
+            _row(f"{quantity}_variance", channel, variance, flags),
+        ]
+    return tuple(rows)
+
+
+def _row(quantity: str, channel: str, measured: Measured, flags: set[str]) -> Row:
+    return Row(
+        quantity=quantity,
+        channel=channel,
+        method="amplification-fit",
+        measured=measured,
+        flags=tuple(sorted(flags)),
+        source="METHOD 3.7",
+    )

@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.dark import fit_dark_variance_slope, slopes_disagree
+from fullwell.fit.variance_components import temporal_variance
+from fullwell.statistics.series import PlaneStatistics
 from fullwell.units import Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import mean_dark_line
@@ -25,7 +27,7 @@ def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]
         slope = fit_dark_variance_slope(
             [burst.exposure_s for burst in unlit],
             [plane.temporal_variance for plane in planes],
-            [float(plane.n * (plane.frames - 1)) for plane in planes],
+            [_variance_dof(plane) for plane in planes],
             system_gain=gain,
         )
         n = sum(plane.n * plane.frames for plane in planes)
@@ -37,6 +39,18 @@ def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]
         if slopes_disagree(mean_dark_line(unlit, (channel,)).slope, slope.dn):
             apart.append(channel)
     return Section(rows=tuple(rows), findings=_findings(bursts, apart))
+
+
+def _variance_dof(plane: PlaneStatistics) -> float:
+    """Return the effective degrees of freedom of a temporal variance, row and column noise counted."""
+    measured = temporal_variance(
+        plane.mean_squares,
+        (plane.frames, plane.rows, plane.columns),
+        pixel_scatter_dn4=plane.temporal_variance_scatter,
+    )
+    if not measured.std_error:
+        return float(plane.n * (plane.frames - 1))
+    return 2.0 * (measured.value / measured.std_error) ** 2
 
 
 def _findings(bursts: IsoBursts, apart: list[str]) -> tuple[Finding, ...]:

@@ -18,7 +18,7 @@ from fullwell.workflow.measure.steadiness import measure_steadiness
 def measure_iso(study: Study, bursts: IsoBursts) -> Section:
     """Measure levels, noise, dark current, photon transfer and range at one ISO, in DN, electrons and volts."""
     levels_section, levels = measure_levels(study, bursts)
-    noise_section = measure_read_noise(bursts)
+    noise_section = measure_read_noise(study, bursts)
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
     model_section, models = measure_noise_coefficients(bursts, levels, transfers)

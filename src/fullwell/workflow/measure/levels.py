@@ -120,6 +120,7 @@ def mean_dark_line(bursts: Sequence[Burst], channels: Sequence[str]) -> DarkLine
         [sum(plane.mean for plane in group) / len(group) for group in planes],
         weights=[sum(_white_weight(plane) for plane in group) for group in planes],
         mean_std_error_dn=[math.sqrt(variance) for variance in variances],
+        mean_dof=[max(burst.frames - 1, 1) for burst in bursts],
     )
 
 

@@ -52,6 +52,7 @@ def measure_noise_coefficients(
             digital_maximum=level.white_dn,
             convention="white level",
             dof=model.dof,
+            offset_std_error_dn=level.black.std_error or 0.0,
         )
         models.append(model)
         fitted.append(ks)

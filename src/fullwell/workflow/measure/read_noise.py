@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
-from fullwell.fit.censored import fit_censored_normal, is_clipped_low
+from fullwell.fit.censored import fit_censored_normal, is_clipped_low, trim_hot_pixels
 from fullwell.fit.legacy import legacy_read_noise
 from fullwell.fit.read_noise import ReadNoise, analogue_read_noise
 from fullwell.fit.variance_components import temporal_variance, variance_components
+from fullwell.frames.series import Study
 from fullwell.statistics.series import LegacyBurst, PlaneStatistics
 from fullwell.units import DN, DN2, Measured, square_root
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.levels import declared_black
 from fullwell.workflow.measure.section import RowWriter, Section
 
 READ_NOISE = "read_noise"
@@ -49,7 +51,7 @@ def choose_burst(bursts: IsoBursts) -> Burst | None:
     return None
 
 
-def measure_read_noise(bursts: IsoBursts) -> Section:
+def measure_read_noise(study: Study, bursts: IsoBursts) -> Section:
     """Measure read noise, row and column noise of every channel at one ISO, in DN."""
     burst = choose_burst(bursts)
     if burst is None:
@@ -60,8 +62,8 @@ def measure_read_noise(bursts: IsoBursts) -> Section:
         return Section(findings=(Finding(code="no-bias-frames", severity=Severity.WARNING, message=message),))
     noises: list[ChannelNoise] = []
     rows: list[Row] = []
-    for plane in burst.statistics.planes:
-        noise = _channel_noise(plane)
+    for index, plane in enumerate(burst.statistics.planes):
+        noise = _channel_noise(plane, declared_black(study, index))
         noises.append(noise)
         rows += noise_rows(bursts, noise)
         if "black-clipped" not in noise.flags:
@@ -71,11 +73,13 @@ def measure_read_noise(bursts: IsoBursts) -> Section:
     return Section(rows=tuple(rows), findings=_findings(bursts, noises))
 
 
-def _channel_noise(plane: PlaneStatistics) -> ChannelNoise:
+def _channel_noise(plane: PlaneStatistics, declared_dn: float | None) -> ChannelNoise:
     histogram = plane.histogram
     n = plane.n * plane.frames
-    if is_clipped_low(histogram.first_code, histogram.counts):
-        censored = fit_censored_normal(histogram.first_code, histogram.counts, clipped_low=True, clipped_high=False)
+    rail = None if declared_dn is None else round(declared_dn)
+    if is_clipped_low(histogram.first_code, histogram.counts, suspected_rail=rail):
+        counts = trim_hot_pixels(histogram.counts)
+        censored = fit_censored_normal(histogram.first_code, counts, clipped_low=True, clipped_high=False)
         sigma, error = censored.noise.value, censored.noise.std_error or 0.0
         variance = Measured.normal(sigma**2, 2.0 * sigma * error, DN2)
         flags = ("black-clipped", "mixed")
@@ -193,18 +197,30 @@ def _whole_mosaic_rows(bursts: IsoBursts, burst: Burst, noises: Sequence[Channel
     """Return the sensor's read noise over all channels: the mean of the channels' variances."""
     if len(noises) < 2:
         return ()
-    share = 1.0 / len(noises)
-    value = share * sum(noise.variance.value for noise in noises)
-    error = share * math.sqrt(sum((noise.variance.std_error or 0.0) ** 2 for noise in noises))
     pooled = ChannelNoise(
         channel="all",
-        variance=Measured.normal(value, error, DN2),
+        variance=_mean_variance([noise.variance for noise in noises]),
         method=noises[0].method,
         flags=tuple(sorted({flag for noise in noises for flag in noise.flags})),
         source=noises[0].source,
         n=sum(noise.n for noise in noises),
     )
     return (*noise_rows(bursts, pooled), *_legacy_rows(bursts, "all", burst.statistics.legacy, pooled.flags))
+
+
+def _mean_variance(variances: Sequence[Measured]) -> Measured:
+    """Return the mean of independent variances; intervals over an unknown phase are averaged end by end [DN^2]."""
+    share = 1.0 / len(variances)
+    value = share * sum(one.value for one in variances)
+    error = share * math.sqrt(sum((one.std_error or 0.0) ** 2 for one in variances))
+    normal = Measured.normal(value, error, DN2)
+    ends = [one.ci95 or (one.value, one.value) for one in variances]
+    low, high = (share * sum(end[side] for end in ends) for side in (0, 1))
+    symmetric = all(
+        math.isclose(high + low, 2.0 * one.value, rel_tol=1e-9)
+        for one, (low, high) in zip(variances, ends, strict=True)
+    )
+    return normal if symmetric else Measured.interval(value, error, (low, high), DN2)
 
 
 def _findings(bursts: IsoBursts, noises: Sequence[ChannelNoise]) -> tuple[Finding, ...]:

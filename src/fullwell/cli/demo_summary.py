@@ -1,7 +1,7 @@
 """Truth beside measurement, as the demo prints it."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Final
@@ -16,51 +16,56 @@ from fullwell.units import DECIBEL, DN, ELECTRON, ELECTRON_PER_SECOND, STOP
 from fullwell.workflow.demo import DemoOutcome, DemoRow
 
 _UNIT_ORDER: Final = (ELECTRON, ELECTRON_PER_SECOND, STOP, DECIBEL, DN)
-_CHANNEL_ORDER: Final = ("all", MONO, "G1", *CHANNELS)
+_CHANNEL_ORDER: Final = ("all", MONO, *CHANNELS)
+_CHOICE_ORDER: Final = ("all", MONO, "G1", *CHANNELS)
+"""Whose truth and measurement stand in a line; the others show their pulls."""
+
 _NOTABLE_PULL: Final = 3.0
 _NORMAL_95: Final = 1.96
 
 
 def print_outcome(console: Console, outcome: DemoOutcome, *, out: Path) -> None:
-    """Print findings, one line per quantity and ISO with the pulls of all channels, and how the pulls spread."""
+    """Print findings, a table per quantity with a line per ISO and the pulls of all channels, and how they spread."""
     print_findings(console, outcome.findings)
-    table = plain_table("quantity", ">ISO", ">truth", ">measured", "", ">pull", "pulls of the channels")
-    for rows in _lines(outcome.rows):
-        chosen = min(rows, key=lambda row: _rank(row.channel, _CHANNEL_ORDER))
-        others = [row for row in rows if row.channel in CHANNELS]
-        table.add_row(
-            _title(chosen),
-            "" if chosen.iso is None else f"{chosen.iso:g}",
-            show_plain(chosen.truth),
-            show(chosen.measured, chosen.flags),
-            show_unit(chosen.measured.unit),
-            _pull(chosen.pull),
-            "  ".join(f"{row.channel} {_pull(row.pull)}" for row in others),
-        )
-    console.print(table)
+    console.print(
+        "Truth and measurement per ISO, of all channels together where they share a figure, of G1 elsewhere; under each "
+        "channel its pull: the error in standard errors.\n",
+        highlight=False,
+    )
+    recommended = [row for row in outcome.rows if row.recommended and not row.quantity.endswith("_variance")]
+    for _name, rows in groupby(sorted(recommended, key=_name_order(recommended)), key=_title):
+        _print_quantity(console, list(rows))
     for sentence in (_spread(outcome.pulls), _closing(outcome, out)):
         console.print(sentence, highlight=False, soft_wrap=True)
+
+
+def _print_quantity(console: Console, rows: Sequence[DemoRow]) -> None:
+    unit = min((row.measured.unit for row in rows), key=lambda unit: _rank(unit, _UNIT_ORDER))
+    shown = [row for row in rows if row.measured.unit == unit]
+    channels = sorted({row.channel for row in shown}, key=lambda channel: _rank(channel, _CHANNEL_ORDER))
+    title = f"{_title(rows[0])}, {show_unit(unit)}".removesuffix(", ")
+    table = plain_table(">ISO", ">truth", ">measured", *(f">{channel}" for channel in channels), title=title)
+    for iso in sorted({row.iso for row in shown}, key=lambda iso: iso or 0.0):
+        lines = {row.channel: row for row in shown if row.iso == iso}
+        chosen = lines[min(lines, key=lambda channel: _rank(channel, _CHOICE_ORDER))]
+        table.add_row(
+            "" if iso is None else f"{iso:g}",
+            show_plain(chosen.truth),
+            show(chosen.measured, chosen.flags),
+            *(_pull(lines[channel].pull) if channel in lines else "" for channel in channels),
+        )
+    console.print(table)
+
+
+def _name_order(rows: Sequence[DemoRow]) -> Callable[[DemoRow], int]:
+    """Return what puts quantities into the order of the results."""
+    first = {_title(row): at for at, row in reversed(list(enumerate(rows)))}
+    return lambda row: first[_title(row)]
 
 
 def _title(row: DemoRow) -> str:
     threshold = "" if row.snr_threshold in {None, 1.0} else f" (SNR {row.snr_threshold:g})"
     return row.quantity.replace("_", " ") + threshold
-
-
-def _lines(rows: Sequence[DemoRow]) -> Iterator[list[DemoRow]]:
-    """Yield the recommended rows of one quantity at one ISO, in the unit that says most, by quantity and ISO."""
-    recommended = [row for row in rows if row.recommended]
-    order = {row.quantity: at for at, row in reversed(list(enumerate(recommended)))}
-
-    def place(row: DemoRow) -> tuple[int, float, float]:
-        return (order[row.quantity], row.snr_threshold or 0.0, row.iso or 0.0)
-
-    for _place, group in groupby(sorted(recommended, key=place), key=place):
-        members = list(group)
-        unit = min((row.measured.unit for row in members), key=lambda unit: _rank(unit, _UNIT_ORDER))
-        yield sorted(
-            (row for row in members if row.measured.unit == unit), key=lambda row: _rank(row.channel, CHANNELS)
-        )
 
 
 def _rank(name: str, order: Sequence[str]) -> int:

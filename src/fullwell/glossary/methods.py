@@ -88,8 +88,8 @@ _LEGACY: Final = (
         "legacy-burst-mean",
         "Published flow 2: spatial standard deviation of each frame minus the mean of the five.",
         (
-            "The mean holds a fifth of each frame's own noise: the result is low by √(4/5), that is by 10.6 %, so that "
-            "flow 1 over flow 2 is 1.1180 exactly."
+            "The mean holds a share of each frame's own noise: the result is low by √((L−1)/L), 10.6 % for five, "
+            "so that flow 1 over flow 2 is then 1.1180 exactly."
         ),
         "METHOD 3.2",
     ),

@@ -11,6 +11,9 @@ from fullwell.report.numbers import MISSING, show, show_iso, show_unit
 from fullwell.report.pivots import recommended, title_of, tooltip
 
 LEGACY = "legacy-"
+_MINUS = "\N{MINUS SIGN}"
+_CERTAIN = 4.0
+"""Standard errors from zero up to which a ratio means nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,20 +93,31 @@ def _published(best: Row, legacy: Row) -> str:
     if legacy.measured.std_error is not None or not best.measured.std_error:
         return show(legacy.measured, legacy.flags)
     digits = max(0, 1 - int(f"{best.measured.std_error:.1e}".partition("e")[2]))
-    return f"{legacy.measured.value:.{min(digits, 9)}f}".replace("-", "\N{MINUS SIGN}")
+    return f"{legacy.measured.value:.{min(digits, 9)}f}".replace("-", _MINUS)
+
+
+def _apart(best: Row, legacy: Row) -> float | None:
+    """Return the published figure over the recommended one, minus 1; None where that one may as well be zero."""
+    value, error = best.measured.value, best.measured.std_error or 0.0
+    return None if abs(value) <= _CERTAIN * error else legacy.measured.value / value - 1.0
 
 
 def _ratio(best: Row, legacy: Row) -> str:
-    if best.measured.value == 0.0:
+    """Return the difference in per cent, or in standard errors where per cent mean nothing."""
+    if (apart := _apart(best, legacy)) is not None:
+        return f"{100.0 * apart:+.1f} %".replace("-", _MINUS)
+    if not best.measured.std_error:
         return MISSING
-    return f"{100.0 * (legacy.measured.value / best.measured.value - 1.0):+.1f} %".replace("-", "\N{MINUS SIGN}")
+    pull = (legacy.measured.value - best.measured.value) / best.measured.std_error
+    return f"{pull:+.1f} standard errors".replace("-", _MINUS)
 
 
 def _summary(pairs: Sequence[tuple[Row, Row]]) -> str:
-    ratios = [legacy.measured.value / best.measured.value for best, legacy in pairs if best.measured.value != 0.0]
-    if not ratios:
-        return ""
-    middle = 100.0 * (statistics.median(ratios) - 1.0)
-    low, high = 100.0 * (min(ratios) - 1.0), 100.0 * (max(ratios) - 1.0)
-    text = f"published against recommended: {middle:+.1f} % in the median"
-    return (text + (f", {low:+.1f} % to {high:+.1f} %" if len(ratios) > 1 else "")).replace("-", "\N{MINUS SIGN}")
+    found = (_apart(best, legacy) for best, legacy in pairs)
+    parts = [100.0 * apart for apart in found if apart is not None]
+    if not parts:
+        return "the recommended figures cannot be told from zero, so a ratio would mean nothing"
+    text = f"published against recommended: {statistics.median(parts):+.1f} %"
+    if len(parts) > 1:
+        text += f" in the median, {min(parts):+.1f} % to {max(parts):+.1f} %"
+    return text.replace("-", _MINUS)

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
+from pathlib import PurePath
 from typing import Final, cast
 
 from fullwell.figures.results import Results
@@ -55,7 +57,7 @@ def take_inventory(results: Results) -> Inventory:
             facts += _facts(_words(name), value)
     return Inventory(
         camera=_camera(study),
-        study=_first_text(study, ("name", "study", "root", "path", "folder")),
+        study=_study_name(study, cast("dict[str, Plain]", plain(results.run))),
         facts=tuple(facts),
         listings=tuple(listings),
     )
@@ -68,7 +70,17 @@ def run_facts(results: Results) -> tuple[tuple[str, str], ...]:
 
 def run_date(results: Results) -> str:
     """Return when the run was, as it says itself; empty where it does not."""
-    return _first_text(cast("dict[str, Plain]", plain(results.run)), ("time", "date", "started", "finished"))
+    text = _first_text(cast("dict[str, Plain]", plain(results.run)), ("time", "date", "started", "finished"))
+    try:
+        return f"{datetime.fromisoformat(text):%Y-%m-%d %H:%M %Z}".strip()
+    except ValueError:
+        return text
+
+
+def _study_name(study: Mapping[str, Plain], run: Mapping[str, Plain]) -> str:
+    """Return what the study calls itself, else the name of the folder that was read."""
+    named = _first_text(study, ("name", "study", "root", "path", "folder"))
+    return named or PurePath(_first_text(run, ("study",))).name
 
 
 def _camera(study: Mapping[str, Plain]) -> str:
@@ -105,7 +117,7 @@ def _listing(name: str, items: Sequence[dict[str, Plain]]) -> Listing:
 
 def _facts(name: str, value: Plain) -> list[tuple[str, str]]:
     """Return a value as facts; a mapping gives one fact per entry."""
-    if isinstance(value, dict):
+    if isinstance(value, dict) and not _is_level(value):
         return [fact for key, item in value.items() for fact in _facts(f"{name}: {_words(key)}", item)]
     return [] if value in (None, "", []) else [(name, _text(value, name))]
 
@@ -118,10 +130,24 @@ def _text(value: Plain, name: str) -> str:
     if isinstance(value, (int, float)):
         return str(value) if isinstance(value, int) else show_plain(value)
     if isinstance(value, list):
-        return ", ".join(_text(item, name) for item in value)
+        return (" " if name == "Command" else ", ").join(_text(item, name) for item in value)
     if isinstance(value, dict):
-        return "; ".join(f"{_words(key)} {_text(item, key)}" for key, item in value.items())
+        return (
+            _level(value)
+            if _is_level(value)
+            else "; ".join(f"{_words(key)} {_text(item, key)}" for key, item in value.items())
+        )
     return f"{value[:_HASH_DIGITS]}…" if "hash" in name.lower() and len(value) > _HASH_DIGITS else value
+
+
+def _is_level(value: Mapping[str, Plain]) -> bool:
+    return {"values", "source"} <= value.keys()
+
+
+def _level(level: Mapping[str, Plain]) -> str:
+    """Return a level with where it came from: ``64, 64, 64, 64 (metadata, BlackLevel)``."""
+    origin = ", ".join(text for key in ("source", "tag") if (text := _text(level.get(key), key)) not in ("", MISSING))
+    return f"{_text(level['values'], 'values')} ({origin})"
 
 
 def _words(key: str) -> str:

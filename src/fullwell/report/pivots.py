@@ -66,7 +66,7 @@ def pivot(rows: Sequence[Row], quantity: str, unit: str) -> Pivot | None:
     Parameters
     ----------
     rows
-        Recommended rows.
+        Every recommended row: where one of them knows its ISO, a row without belongs to all.
     quantity, unit
         As in the rows.
 
@@ -78,9 +78,10 @@ def pivot(rows: Sequence[Row], quantity: str, unit: str) -> Pivot | None:
     marks = _marks(mine)
     conditions = sorted({_condition(row) for row in mine})
     many = _varying(conditions)
+    beyond = "all ISOs" if any(row.iso is not None for row in rows) else show_iso(None)
     lines = tuple(
         Line(
-            label=_label(condition, many),
+            label=_label(condition, many, beyond),
             cells=tuple(_cell(mine, condition, channel, marks) for channel in channels),
         )
         for condition in conditions
@@ -132,9 +133,9 @@ def _varying(conditions: Sequence[Condition]) -> tuple[bool, bool, bool]:
     return threshold, exposure, temperature
 
 
-def _label(condition: Condition, many: tuple[bool, bool, bool]) -> str:
+def _label(condition: Condition, many: tuple[bool, bool, bool], beyond: str) -> str:
     iso, threshold, exposure, temperature = condition
-    parts = [show_iso(iso) if iso >= 0.0 else "all ISOs"]
+    parts = [show_iso(iso) if iso >= 0.0 else beyond]
     if many[0] and threshold >= 0.0:
         parts.append(f"SNR {threshold:g}")
     if many[1] and exposure >= 0.0:

@@ -154,12 +154,13 @@ def read_noise_against_iso(table: Table) -> Picture:
 
 def difference(picture: DifferencePicture) -> Picture:
     """Draw the difference of two frames with its regions marked, and their histograms."""
-    figure, (left, right) = canvas(1, 2, height_in=4.1)
+    figure, (left, right) = canvas(1, 2, height_in=4.3)
     image = np.asarray(picture.image, float)
     spread = 3.5 * float(np.nanstd(np.clip(image, *np.nanpercentile(image, (0.1, 99.9))))) or 1.0
     shown = left.imshow(image, cmap=_GRAYS, vmin=-spread, vmax=spread, interpolation="nearest")
     left.set(xticks=[], yticks=[])
     left.grid(visible=False)
+    left.set_anchor("S")
     left.set_title(f"Difference of two frames, {iso_title(picture.iso)}")
     figure.colorbar(shown, ax=left, location="bottom", shrink=0.8, aspect=30, label="Difference [DN]")
     for region, color in zip(picture.regions, _REGION_COLORS, strict=False):
@@ -183,7 +184,7 @@ def difference(picture: DifferencePicture) -> Picture:
         )
     if picture.regions:
         log_axis(right, "y")
-        right.legend(loc="lower center")
+        figure.legend(loc="outside lower right", ncols=2)
     right.set(xlabel="Difference [DN]", ylabel="Share of pixels")
     right.set_title("Histogram by region")
     first, second = picture.frames

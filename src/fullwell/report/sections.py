@@ -174,6 +174,7 @@ def _read_noise(material: Material) -> Section:
     pivots = material.pivots(
         ("read_noise", "DN"),
         ("read_noise", "e-"),
+        ("read_noise", "V"),
         ("read_noise_pre", "DN"),
         ("read_noise_post", "DN"),
     )
@@ -219,7 +220,7 @@ def _dark_signal(material: Material) -> Section:
         title="Dark signal and dark current",
         lead="What collects without light: the mean of the dark frames against exposure time, and its slope.",
         pictures=_drawn(table, plots_dark.dark_signal),
-        pivots=material.pivots(("dark_current", "DN/s"), ("dark_current", "e-/s")),
+        pivots=material.pivots(("dark_current", "DN/s"), ("dark_current", "e-/s"), ("dark_current", "V/s")),
         missing=(
             "" if table else "No dark current: capture dark bursts at three or more exposures, the longest possible."
         ),

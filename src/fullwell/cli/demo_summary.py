@@ -28,8 +28,8 @@ def print_outcome(console: Console, outcome: DemoOutcome, *, out: Path) -> None:
     """Print findings, a table per quantity with a line per ISO and the pulls of all channels, and how they spread."""
     print_findings(console, outcome.findings)
     console.print(
-        "Truth and measurement per ISO, of all channels together where they share a figure, of G1 elsewhere; under each "
-        "channel its pull: the error in standard errors.\n",
+        "Truth and measurement per ISO, of all channels together where they share a figure, of G1 elsewhere; under "
+        "each channel its pull: the error in standard errors.\n",
         highlight=False,
     )
     recommended = [row for row in outcome.rows if row.recommended and not row.quantity.endswith("_variance")]

@@ -1,3 +1,4 @@
+import struct
 from pathlib import Path
 
 import imagecodecs
@@ -349,6 +350,15 @@ def test_a_file_truncated_after_its_header_was_read(save) -> None:
     with pytest.raises(UnreadableFileError) as caught:
         decode(header, path.read_bytes()[:4000])
     assert caught.value.code == "file-truncated"
+
+
+def test_a_level_beyond_the_end_of_the_file_is_damage_not_a_default(save) -> None:
+    data = bytearray(dng_bytes(codes(4, 4), extra={50714: (RATIONAL, ((64, 1),))}))
+    entry = data.index(struct.pack("<HHI", 50714, RATIONAL, 1))
+    data[entry + 8 : entry + 12] = struct.pack("<I", len(data) - 4)
+    with pytest.raises(UnreadableFileError, match="BLACK_LEVEL") as caught:
+        read_header(save(bytes(data)))
+    assert caught.value.code == "file-damaged"
 
 
 @pytest.mark.parametrize(

@@ -31,10 +31,11 @@ from fullwell.raw.write import write_dng
         (b"this is text, whatever its name says\n" * 99, UnreadableFileError, "not-a-raw-file"),
         (b"", UnreadableFileError, "file-truncated"),
         (b"II*\0", UnreadableFileError, "file-damaged"),
-        (b"II*\0\xff\xff\0\0", UnreadableFileError, "file-damaged"),
+        (b"II*\0\xff\xff\0\0", UnreadableFileError, "file-truncated"),
+        (b"MM\0+\0\x08\0\0\0\0\0\0\0\0\1\0", UnreadableFileError, "file-truncated"),
         (imagecodecs.jpeg8_encode(np.zeros((8, 8), np.uint8)), UnsuitableFileError, "lossy-compression"),
     ],
-    ids=["text", "empty", "four bytes", "directory beyond the end", "jpeg"],
+    ids=["text", "empty", "four bytes", "directory beyond the end", "the same, BigTIFF", "jpeg"],
 )
 def test_what_is_no_raw_file_is_told_by_its_content(
     tmp_path: Path, content: bytes, error: type[RawFileError], code: str

@@ -5,6 +5,7 @@ Only the tags of `fullwell.raw.tags` are read, from the first directory, its Sub
 
 import logging
 import math
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,7 +119,7 @@ def read_directories(path: Path) -> Directories:
     try:
         with TiffFile(path, _multifile=False) as tiff:
             return _directories(tiff)
-    except OSError:
+    except (OSError, UnreadableFileError):
         raise
     except Exception as error:  # a damaged directory may fail anywhere inside tifffile, with any exception
         raise UnreadableFileError(
@@ -131,6 +132,8 @@ def _directories(tiff: "TiffFile") -> Directories:
 
     first = tiff.pages.first
     subs = [page for page in first.pages or () if not isinstance(page, TiffFrame)]
+    for page in (first, *subs):
+        _require_whole(tiff, page)
     return Directories(
         byte_order=str(tiff.byteorder),
         size=int(tiff.filehandle.size),
@@ -143,6 +146,19 @@ def _directories(tiff: "TiffFile") -> Directories:
 def _directory(page: "TiffPage") -> Directory:
     values = {tag: _plain(page.tags[tag]) for tag in Tag if tag in page.tags and tag is not Tag.EXIF_IFD}
     return Directory(values=values)
+
+
+def _require_whole(tiff: "TiffFile", page: "TiffPage") -> None:
+    """Refuse a directory some of whose tags tifffile left out because their values lie beyond the end of the file."""
+    form, file = tiff.tiff, tiff.filehandle
+    file.seek(page.offset)
+    (count,) = struct.unpack(form.tagnoformat, file.read(form.tagnosize))
+    entries = file.read(count * form.tagsize)
+    codes = {struct.unpack_from(f"{form.byteorder}H", entries, index * form.tagsize)[0] for index in range(count)}
+    lost = [tag for tag in Tag if tag in codes and tag not in page.tags]
+    if lost:
+        names = ", ".join(tag.name for tag in lost)
+        raise UnreadableFileError("file-damaged", f"tags are damaged or cut off ({names}); copy the file again")
 
 
 def _exif(page: "TiffPage") -> Directory:

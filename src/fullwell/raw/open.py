@@ -57,6 +57,8 @@ def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
     if size == 0:
         raise UnreadableFileError("file-truncated", "the file is empty; copy it again")
     if head.startswith(_TIFF_SIGNATURES):
+        if _directory_start(head) + 2 > size:
+            raise UnreadableFileError("file-truncated", "the file ends before its directory; copy it again")
         directories = read_directories(path)
         reader = read_dng_header if Tag.DNG_VERSION in directories.first else read_tiff_header
         return reader(path, directories)
@@ -65,6 +67,12 @@ def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
     if head.startswith(_JPEG_SIGNATURE):
         raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
     raise UnreadableFileError("not-a-raw-file", "this is not a raw file of a kind Fullwell reads")
+
+
+def _directory_start(head: bytes) -> int:
+    """Return where a TIFF file says its first directory begins; 0 where the file ends before that."""
+    order = "little" if head.startswith(b"II") else "big"
+    return int.from_bytes(head[8:16] if b"+" in head[:4] else head[4:8], order)
 
 
 def require_measurable(header: RawHeader) -> None:

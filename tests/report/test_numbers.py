@@ -34,7 +34,15 @@ def test_value_and_error(value, error, text):
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(1023.0, "1023"), (65535.0, "65\u202f535"), (0.17049, "0.1705"), (0.5, "0.5"), (math.nan, "—"), (0.0, "0")],
+    [
+        (1023.0, "1023"),
+        (65535.0, "65\u202f535"),
+        (0.17049, "0.1705"),
+        (0.5, "0.5000"),
+        (29.9, "29.90"),
+        (math.nan, "—"),
+        (0.0, "0"),
+    ],
 )
 def test_a_value_without_error(value, text):
     assert show(Measured.exact(value, "DN")) == text

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import jinja2
@@ -11,6 +12,7 @@ from fullwell import glossary
 from fullwell.figures.results import Results, Row
 from fullwell.findings import Finding, Severity
 from fullwell.report.comparison import comparisons
+from fullwell.report.curves import channel_rank
 from fullwell.report.document import citations
 from fullwell.report.inventory import run_date, run_facts, take_inventory
 from fullwell.report.numbers import MISSING, show, show_exposure, show_interval, show_plain, show_unit
@@ -52,8 +54,8 @@ def report_html(results: Results, pictures: Pictures | None) -> str:
         date=run_date(results),
         run=run_facts(results),
         isos=[f"{iso:g}" for iso in isos_of(results.rows)],
-        channels=list(dict.fromkeys(row.channel for row in quotable if row.channel != "all")),
-        findings=_findings(results.findings),
+        channels=sorted({row.channel for row in quotable} - {"all"}, key=channel_rank),
+        topics=_topics(results.findings),
         counts=[(severity.value, _count(results.findings, severity)) for severity in _ORDER],
         summary=summarize(quotable),
         sections=build_sections(results, pictures),
@@ -72,8 +74,23 @@ def _verbatim(environment: jinja2.Environment, name: str) -> Markup:
     return Markup(environment.get_template(name).render())  # noqa: S704 - a constant of the package
 
 
-def _findings(findings: Sequence[Finding]) -> list[Finding]:
-    return sorted(findings, key=lambda finding: _ORDER.index(finding.severity))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Topic:
+    """Findings of one code: mostly the same thing at several ISOs."""
+
+    code: str
+    severity: str
+    findings: tuple[Finding, ...]
+
+
+def _topics(findings: Sequence[Finding]) -> list[Topic]:
+    """Return the findings, the worst first, those of one code together."""
+    groups: dict[tuple[Severity, str], list[Finding]] = {}
+    for finding in sorted(findings, key=lambda finding: _ORDER.index(finding.severity)):
+        groups.setdefault((finding.severity, finding.code), []).append(finding)
+    return [
+        Topic(code=code, severity=severity.value, findings=tuple(mine)) for (severity, code), mine in groups.items()
+    ]
 
 
 def _count(findings: Sequence[Finding], severity: Severity) -> int:

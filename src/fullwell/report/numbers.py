@@ -64,7 +64,8 @@ def show_value(measured: Measured) -> str:
         return MISSING
     error = _usable(measured.std_error)
     if error is None:
-        return show_plain(measured.value)
+        whole = measured.value == round(measured.value)
+        return show_plain(measured.value) if whole else _significant(measured.value, _FREE_DIGITS, all_digits=True)
     exponent = _exponent(measured.value, error)
     if exponent is None:
         return _fixed(measured.value, _error_place(error))
@@ -182,14 +183,18 @@ def _fixed(value: float, place: int) -> str:
     return (_MINUS if negative else "") + whole + point + fraction
 
 
-def _significant(value: float, digits: int) -> str:
-    """Return a number to some significant digits, trailing zeros dropped."""
+def _significant(value: float, digits: int, *, all_digits: bool = False) -> str:
+    """Return a number to some significant digits, trailing zeros dropped unless all digits are wanted."""
     if value == 0.0:
         return "0"
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     exponent = int(power)
-    if not _SMALLEST_PLAIN_EXPONENT - 1 < exponent < _LARGEST_PLAIN_EXPONENT:
-        shown = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-        return f"{shown.replace('-', _MINUS)} × 10{str(exponent).translate(_SUPERSCRIPTS)}"
-    text = _fixed(value, exponent - digits + 1)
+    if _SMALLEST_PLAIN_EXPONENT - 1 < exponent < _LARGEST_PLAIN_EXPONENT:
+        text = _fixed(value, exponent - digits + 1)
+        return text if all_digits else _trimmed(text)
+    shown = mantissa if all_digits else _trimmed(mantissa)
+    return f"{shown.replace('-', _MINUS)} × 10{str(exponent).translate(_SUPERSCRIPTS)}"
+
+
+def _trimmed(text: str) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text

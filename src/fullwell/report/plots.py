@@ -202,9 +202,12 @@ def log_axis(axes: Axes, which: str) -> None:
 
 
 def _decade(value: float, _position: int | None) -> str:
-    if 1e-3 <= value < 1e5:
-        return f"{value:g}" if value < 1e4 else f"{value:,.0f}".replace(",", "\N{THIN SPACE}")
-    return f"$10^{{{round(math.log10(value))}}}$" if value > 0.0 else "0"
+    """Return a tick label: plain from 0.001 to below 10 000, else with a power of ten."""
+    if 1e-3 <= value < 1e4 or value <= 0.0:
+        return f"{value:g}"
+    mantissa, _, exponent = f"{value:.0e}".partition("e")
+    power = f"10^{{{int(exponent)}}}"
+    return f"${power}$" if mantissa == "1" else f"${mantissa}\\cdot{power}$"
 
 
 def stepped(codes: NDArray[np.float64], counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -6,8 +6,8 @@ from typing import TypeAlias
 import numpy as np
 from matplotlib.axes import Axes
 
-from fullwell import glossary
 from fullwell.figures.results import Row
+from fullwell.report.curves import channel_rank
 from fullwell.report.numbers import show_unit
 from fullwell.report.plots import (
     Picture,
@@ -23,17 +23,15 @@ from fullwell.report.plots import (
 from fullwell.units import DECIBEL, STOP
 
 Panels: TypeAlias = Mapping[tuple[str, str], Sequence[Row]]
-"""Rows of one (quantity, unit), several ISOs and channels."""
+"""Title and unit of each panel with its rows: one figure per ISO and channel."""
 
 
 def against_iso(panels: Panels, *, alt: str, caption: str) -> Picture:
-    """Draw one panel per quantity and unit: value with its 95 % interval against ISO, a line per channel."""
+    """Draw one panel per figure: value with its 95 % interval against ISO, a line per channel."""
     figure, axes = grid_of(len(panels), panel_height_in=2.3)
     channels: set[str] = set()
-    for one, ((quantity, unit), rows) in zip(axes, panels.items(), strict=True):
+    for one, ((title, unit), rows) in zip(axes, panels.items(), strict=True):
         _panel(one, rows)
-        entry = glossary.quantity(quantity)
-        title = entry.title if entry else quantity
         one.set_title(_wrapped(title))
         one.set_ylabel(f"[{show_unit(unit) or '1'}]")
         iso_axis(one, [row.iso for row in rows if row.iso is not None], label_share=0.11)
@@ -51,7 +49,7 @@ def _wrapped(title: str, longest: int = 34) -> str:
 
 
 def _panel(axes: Axes, rows: Sequence[Row]) -> None:
-    channels = list(dict.fromkeys(row.channel for row in rows))
+    channels = sorted({row.channel for row in rows}, key=channel_rank)
     for index, channel in enumerate(channels):
         mine = sorted((row for row in rows if row.channel == channel), key=lambda row: row.iso or 0.0)
         iso = beside(np.array([row.iso or 0.0 for row in mine]), index, len(channels))

@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
+from fullwell import glossary
 from fullwell.figures.results import Results, Row
 from fullwell.report import plots_dark, plots_iso, plots_response, plots_transfer
 from fullwell.report.curves import Table, Value, table_named
@@ -10,6 +12,9 @@ from fullwell.report.numbers import show_iso
 from fullwell.report.pictures import Pictures
 from fullwell.report.pivots import Pivot, pivot, recommended, title_of
 from fullwell.report.plots import Picture, style
+from fullwell.units import DECIBEL
+
+_POSITION: Final = {entry.name: position for position, entry in enumerate(glossary.QUANTITIES)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,25 +82,45 @@ def _drawn(table: Table | None, draw: Callable[[Table], Picture]) -> tuple[Pictu
     return (draw(table),) if table is not None else ()
 
 
-def _over_isos(material: Material) -> dict[tuple[str, str], list[Row]]:
-    """Return the figures measured at more than one ISO, by quantity and unit."""
-    panels: dict[tuple[str, str], list[Row]] = {}
-    for row in material.rows:
+def _over_isos(material: Material) -> dict[tuple[str, str], dict[float, list[Row]]]:
+    """Return the figures measured at more than one ISO by quantity and unit, and within them by SNR threshold."""
+    panels: dict[tuple[str, str], dict[float, list[Row]]] = {}
+    for row in sorted(material.rows, key=_glossary_order):
         if row.iso is not None and row.exposure_s is None and not row.quantity.endswith("_variance"):
-            panels.setdefault((row.quantity, row.measured.unit), []).append(row)
-    return {what: mine for what, mine in panels.items() if len({row.iso for row in mine}) > 1}
+            thresholds = panels.setdefault((row.quantity, row.measured.unit), {})
+            thresholds.setdefault(row.snr_threshold or 0.0, []).append(row)
+    return {
+        what: dict(sorted(thresholds.items()))
+        for what, thresholds in panels.items()
+        if len({row.iso for rows in thresholds.values() for row in rows}) > 1
+    }
+
+
+def _glossary_order(row: Row) -> tuple[int, str, int]:
+    """Order rows by quantity as the glossary does, then by unit."""
+    entry = glossary.quantity(row.quantity)
+    if entry is None:
+        return (len(glossary.QUANTITIES), row.quantity, 0)
+    unit = row.measured.unit
+    return (_POSITION.get(row.quantity, 0), row.quantity, entry.units.index(unit) if unit in entry.units else 9)
 
 
 def _course(material: Material, caption: str, *wanted: tuple[str, str]) -> tuple[Picture, ...]:
     """Return one picture of some figures against ISO, nothing where none was measured at several."""
     several = _over_isos(material)
-    chosen = {what: several[what] for what in wanted if what in several}
-    titles = ", ".join(title_of(quantity) for quantity, _ in chosen)
-    return (plots_iso.against_iso(chosen, alt=f"{titles} against ISO", caption=caption),) if chosen else ()
+    panels: dict[tuple[str, str], list[Row]] = {}
+    for quantity, unit in wanted:
+        for threshold, rows in several.get((quantity, unit), {}).items():
+            name = title_of(quantity)
+            panels[(f"{name}, SNR {threshold:g}" if threshold else name, unit)] = rows
+    titles = ", ".join(dict.fromkeys(title for title, _ in panels))
+    return (plots_iso.against_iso(panels, alt=f"{titles} against ISO", caption=caption),) if panels else ()
 
 
 def _against_iso(material: Material) -> Section:
     several = _over_isos(material)
+    in_decibel = {quantity for quantity, unit in several if unit == DECIBEL}
+    wanted = [(quantity, unit) for quantity, unit in several if unit == DECIBEL or quantity not in in_decibel]
     caption = (
         "Every figure against ISO, channels drawn side by side. Bars: 95 % interval; where none is seen it is smaller "
         "than the marker."
@@ -103,8 +128,8 @@ def _against_iso(material: Material) -> Section:
     return Section(
         anchor="against-iso",
         title="Every figure against ISO",
-        lead="All recommended figures of the study on one page.",
-        pictures=_course(material, caption, *several),
+        lead="All recommended figures of the study on one page, ratios in dB.",
+        pictures=_course(material, caption, *wanted),
         missing="" if several else "One ISO only: nothing to compare. Capture the same series at further ISOs.",
     )
 

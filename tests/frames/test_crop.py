@@ -49,8 +49,10 @@ def test_a_region_reaches_at_most_to_the_edge(tmp_path: Path, make_dng: MakeFram
         load_study(tmp_path, Selection(crop=(2, 2, 11, 6)))
 
 
-def test_png_frames_are_measured_whole(tmp_path: Path) -> None:
+def test_png_frames_are_cropped_too(tmp_path: Path) -> None:
     (tmp_path / "flat").mkdir()
-    Image.fromarray(np.zeros((8, 12), dtype=np.uint16)).save(tmp_path / "flat/exp1ms.png")
-    with pytest.raises(UsageError, match="PNG"):
-        load_study(tmp_path, Selection(cfa="mono", crop=(0, 0, 4, 4)))
+    mosaic = np.arange(96, dtype=np.uint16).reshape(8, 12)
+    path = tmp_path / "flat/exp1ms.png"
+    Image.fromarray(mosaic).save(path)
+    study = load_study(tmp_path, Selection(cfa="mono", crop=(3, 1, 4, 5)))
+    np.testing.assert_array_equal(decode(study.series[0].frames[0].header, path.read_bytes()), mosaic[1:6, 3:7])

@@ -21,7 +21,7 @@ def cropped(study: Study, region: tuple[int, int, int, int]) -> Study:
     Raises
     ------
     UsageError
-        Where the region reaches out of the frames, or frames are PNG, which is decoded as a whole.
+        Where the region reaches out of the frames.
 
     """
     x, y, width, height = region
@@ -30,8 +30,6 @@ def cropped(study: Study, region: tuple[int, int, int, int]) -> Study:
             f"--crop {x},{y},{width},{height} reaches out of the visible mosaic, which has "
             f"{study.width} x {study.height} pixels."
         )
-    if any(frame.header.format == "png" for series in study.series for frame in series.frames):
-        raise UsageError("--crop does not work on PNG frames; save them as TIFF, or measure them whole.")
     return replace(
         study,
         width=width,

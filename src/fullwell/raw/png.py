@@ -64,7 +64,7 @@ def read_png_header(path: Path, head: bytes, size: int) -> RawHeader:
 
 
 def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
-    """Return the pixels of a PNG file, shape (height, width) [DN].
+    """Return the visible mosaic of a PNG file, shape (height, width) [DN].
 
     Raises
     ------
@@ -83,7 +83,9 @@ def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
         ) from error
     if pixels.shape != (header.raw_height, header.raw_width):
         raise UnreadableFileError("file-damaged", "the PNG pixels are not the size its header says")
-    return pixels.astype(np.uint16, copy=False)
+    area = header.active_area
+    visible = pixels[area.top : area.bottom, area.left : area.right]
+    return np.ascontiguousarray(visible, dtype=np.uint16)
 
 
 def _check_chunks(data: memoryview) -> None:

@@ -32,7 +32,9 @@ MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
 _SEVERITY_ORDER = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
 
 
-def characterize(path: Path, out: Path, *, options: Options, progress: Progress | None = None) -> Results:
+def characterize(
+    path: Path, out: Path, *, options: Options, progress: Progress | None = None, shown_as: Path | None = None
+) -> Results:
     """Measure a study and write what was found into a folder.
 
     Parameters
@@ -45,6 +47,8 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
         What to measure and how.
     progress
         Told of every frame; None for silence.
+    shown_as
+        What the document calls the study, where that is not ``path``.
 
     Returns
     -------
@@ -63,7 +67,7 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     run = {
         "version": __version__,
         "command": list(sys.argv),
-        "study": str(path),
+        "study": str(shown_as or path),
         "out": str(out),
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "host": platform.node(),

@@ -1,19 +1,17 @@
 """The demo: the Pixel study with a known truth, simulated as raw files and measured through the front door."""
 
-import html
 import json
 import tempfile
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Final
 
 from fullwell.figures.results import Results, Row
 from fullwell.findings import Finding
-from fullwell.report.document import results_json
-from fullwell.report.write import DOCUMENT, check_target
+from fullwell.report.write import check_target
 from fullwell.simulate.config import SimulationConfig, parse_config
 from fullwell.simulate.truth import TrueValue, true_values
 from fullwell.units import Measured
@@ -24,7 +22,6 @@ from fullwell.workflow.simulate import simulate_config
 
 STUDY: Final = "study"
 COMPARISON: Final = "demo.json"
-REPORT: Final = "report.html"
 SCHEMA: Final = "fullwell-demo/1"
 
 _RECOMMENDED: Final = "recommended"
@@ -133,11 +130,10 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
         began = time.monotonic()
         simulated = simulate_config(config, study, workers=workers, progress=progress)
         between = time.monotonic()
-        results = characterize(study, out, options=Options(workers=workers), progress=progress)
+        options = Options(workers=workers)
+        results = characterize(study, out, options=options, progress=progress, shown_as=out / STUDY)
         ended = time.monotonic()
         study.rename(target / STUDY)
-    results = replace(results, run={**results.run, "study": str(out / STUDY)})
-    _name_study(target, results, written=study, now=out / STUDY)
     outcome = DemoOutcome(
         out=out,
         frames=len(simulated.frames),
@@ -149,14 +145,6 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
     comparison = json.dumps(_comparison(outcome), indent=1) + "\n"
     (target / COMPARISON).write_text(comparison, encoding="utf-8", newline="\n")
     return outcome
-
-
-def _name_study(target: Path, results: Results, *, written: Path, now: Path) -> None:
-    """Let document and report name the study where it is now, not where it was written."""
-    (target / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
-    report = target / REPORT
-    text = report.read_text(encoding="utf-8").replace(html.escape(str(written)), html.escape(str(now)))
-    report.write_text(text, encoding="utf-8", newline="\n")
 
 
 def pixel_study() -> SimulationConfig:

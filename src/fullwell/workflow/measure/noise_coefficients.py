@@ -14,8 +14,13 @@ from fullwell.units import ONE, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
+from fullwell.workflow.measure.rounding import phase_aware_dof
 from fullwell.workflow.measure.section import RowWriter, Section
-from fullwell.workflow.measure.transfer_points import MAX_CLIPPED_FRACTION, TransferPoint, clipped_share
+from fullwell.workflow.measure.transfer_points import (
+    MAX_CLIPPED_FRACTION,
+    TransferPoint,
+    clipped_share,
+)
 
 METHOD = "gamma-likelihood"
 _NAMES = ("k_dark", "k_shot", "k_fpn")
@@ -23,13 +28,17 @@ _NAMES = ("k_dark", "k_shot", "k_fpn")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelModel:
-    """The three-term noise model of one channel: single-frame coefficients A, B, C and their covariance."""
+    """The three-term noise model of one channel: single-frame coefficients A, B, C and their covariance.
+
+    ``rounding_limited`` says that A is only known to the unknown phase of rounding, which channels have in common.
+    """
 
     channel: str
     coefficients: NDArray[np.float64]
     covariance: NDArray[np.float64]
     dof: float | None
     misfit: bool
+    rounding_limited: bool
     n: int
 
 
@@ -84,6 +93,7 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer) -> ChannelModel | No
         covariance=covariance,
         dof=fit.dof,
         misfit=fit.misfit,
+        rounding_limited=any(one.rounding_limited for one in pooled),
         n=sum(one.n for one in pooled),
     )
 
@@ -101,6 +111,11 @@ class _PooledBurst:
     frames: int
     n: int
 
+    @property
+    def rounding_limited(self) -> bool:
+        """Tell whether the unknown phase of rounding, not the number of pixels, limits the temporal variance."""
+        return self.temporal_dof < 0.25 * self.n
+
 
 def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
     plane = point.burst.plane(level.channel)
@@ -111,11 +126,12 @@ def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
         return None
     pixels, signal = tiles.n[chosen], tiles.mean[chosen] - level.black_dn
     temporal_dof, spatial_dof = tiles.temporal_dof[chosen], tiles.spatial_dof[chosen]
+    temporal_dn2 = float((temporal_dof * tiles.temporal_variance[chosen]).sum() / temporal_dof.sum())
     return _PooledBurst(
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
         mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
-        temporal_dn2=float((temporal_dof * tiles.temporal_variance[chosen]).sum() / temporal_dof.sum()),
-        temporal_dof=float(temporal_dof.sum()),
+        temporal_dn2=temporal_dn2,
+        temporal_dof=phase_aware_dof(plane, temporal_dn2, float(temporal_dof.sum())),
         spatial_dn2=float((spatial_dof * tiles.spatial_variance[chosen]).sum() / spatial_dof.sum()),
         spatial_dof=float(spatial_dof.sum()),
         frames=plane.frames,
@@ -171,18 +187,28 @@ def _pooled(
     if len(levels) < 2 or len(fitted) < len(levels):
         return ()
     pooled = [pool_channels(part) for part in zip(*(_variances(ks) for ks in fitted), strict=True)]
+    if any(one.rounding_limited for one in models):
+        pooled[0] = (_sharing_their_error([ks.k_dark_variance for ks in fitted]), pooled[0][1])
     model = ChannelModel(
         channel="all",
         coefficients=models[0].coefficients,
         covariance=models[0].covariance,
         dof=None,
         misfit=any(one.misfit for one in models),
+        rounding_limited=any(one.rounding_limited for one in models),
         n=sum(one.n for one in models),
     )
     level = min(levels, key=lambda one: one.black_identified)
     rows = _rows(bursts, model, level, [measured for measured, _ in pooled])
     differ = {name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < 0.01}
     return tuple(_marked(row) if row.quantity.removesuffix("_variance") in differ else row for row in rows)
+
+
+def _sharing_their_error(measurements: Sequence[Measured]) -> Measured:
+    """Return the mean of measurements that err together: its error is the mean of theirs."""
+    value = sum(one.value for one in measurements) / len(measurements)
+    error = sum(one.std_error or 0.0 for one in measurements) / len(measurements)
+    return Measured.normal(value, error, measurements[0].unit)
 
 
 def _marked(row: Row) -> Row:

@@ -15,6 +15,7 @@ from fullwell.statistics.series import LegacyBurst, PlaneStatistics
 from fullwell.units import DN, DN2, Measured, square_root
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import declared_black
+from fullwell.workflow.measure.rounding import rounding_error_dn2
 from fullwell.workflow.measure.section import RowWriter, Section
 
 READ_NOISE = "read_noise"
@@ -29,6 +30,8 @@ class ChannelNoise:
     ----------
     variance
         Signed, [DN^2].
+    rounding_error_dn2
+        The part of its standard error that the unknown phase of rounding makes, which channels have in common.
     method, flags, source, n
         As in its row.
 
@@ -36,6 +39,7 @@ class ChannelNoise:
 
     channel: str
     variance: Measured
+    rounding_error_dn2: float
     method: str
     flags: tuple[str, ...]
     source: str
@@ -86,6 +90,7 @@ def _channel_noise(plane: PlaneStatistics, declared_dn: float | None) -> Channel
         return ChannelNoise(
             channel=plane.channel,
             variance=variance,
+            rounding_error_dn2=0.0,
             method="censored-likelihood",
             flags=flags,
             source="METHOD 3.4",
@@ -95,6 +100,7 @@ def _channel_noise(plane: PlaneStatistics, declared_dn: float | None) -> Channel
     return ChannelNoise(
         channel=plane.channel,
         variance=noise.variance,
+        rounding_error_dn2=rounding_error_dn2(plane, plane.temporal_variance),
         method="temporal-variance",
         flags=noise.flags,
         source="METHOD 3.1",
@@ -199,7 +205,8 @@ def _whole_mosaic_rows(bursts: IsoBursts, burst: Burst, noises: Sequence[Channel
         return ()
     pooled = ChannelNoise(
         channel="all",
-        variance=_mean_variance([noise.variance for noise in noises]),
+        variance=_mean_variance(noises),
+        rounding_error_dn2=max(noise.rounding_error_dn2 for noise in noises),
         method=noises[0].method,
         flags=tuple(sorted({flag for noise in noises for flag in noise.flags})),
         source=noises[0].source,
@@ -208,19 +215,18 @@ def _whole_mosaic_rows(bursts: IsoBursts, burst: Burst, noises: Sequence[Channel
     return (*noise_rows(bursts, pooled), *_legacy_rows(bursts, "all", burst.statistics.legacy, pooled.flags))
 
 
-def _mean_variance(variances: Sequence[Measured]) -> Measured:
-    """Return the mean of independent variances; intervals over an unknown phase are averaged end by end [DN^2]."""
-    share = 1.0 / len(variances)
+def _mean_variance(noises: Sequence[ChannelNoise]) -> Measured:
+    """Return the mean of the channels' variances: pixel errors independent, the phase of rounding shared [DN^2]."""
+    share = 1.0 / len(noises)
+    variances = [noise.variance for noise in noises]
     value = share * sum(one.value for one in variances)
-    error = share * math.sqrt(sum((one.std_error or 0.0) ** 2 for one in variances))
-    normal = Measured.normal(value, error, DN2)
-    ends = [one.ci95 or (one.value, one.value) for one in variances]
-    low, high = (share * sum(end[side] for end in ends) for side in (0, 1))
-    symmetric = all(
-        math.isclose(high + low, 2.0 * one.value, rel_tol=1e-9)
-        for one, (low, high) in zip(variances, ends, strict=True)
-    )
-    return normal if symmetric else Measured.interval(value, error, (low, high), DN2)
+    if any("quantization-limited" in noise.flags for noise in noises):
+        ends = [one.ci95 or (one.value, one.value) for one in variances]
+        low, high = (share * sum(end[side] for end in ends) for side in (0, 1))
+        return Measured.interval(value, share * sum(one.std_error or 0.0 for one in variances), (low, high), DN2)
+    own = sum(max((noise.variance.std_error or 0.0) ** 2 - noise.rounding_error_dn2**2, 0.0) for noise in noises)
+    common = share * sum(noise.rounding_error_dn2 for noise in noises)
+    return Measured.normal(value, math.hypot(share * math.sqrt(own), common), DN2)
 
 
 def _findings(bursts: IsoBursts, noises: Sequence[ChannelNoise]) -> tuple[Finding, ...]:

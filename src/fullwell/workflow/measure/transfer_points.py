@@ -10,6 +10,7 @@ from fullwell.fit.variance_components import variance_components
 from fullwell.statistics.series import PlaneStatistics, TileStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
+from fullwell.workflow.measure.rounding import phase_aware_dof
 
 MAX_CLIPPED_FRACTION = 1e-3  # METHOD 1.11: variance bias -0.19 % there
 
@@ -25,7 +26,8 @@ class TransferPoint:
     variance_dn2
         Temporal variance, quantization and read noise included, light flicker removed [DN^2]; NaN for one frame.
     dof
-        Effective degrees of freedom, lowered where row and column noise correlate pixels (METHOD 1.8).
+        Degrees of freedom of the variance, lowered where rounding at an unknown phase of the code moves it
+        (METHOD 3.3).
     n
         Pixel values behind the point.
     clipped_fraction
@@ -70,7 +72,7 @@ def transfer_point(burst: Burst, levels: ChannelLevels) -> TransferPoint:
         signal_dn=mean - levels.black_dn,
         plane_signal_dn=plane.mean - levels.black_dn,
         variance_dn2=variance,
-        dof=float(weights.sum()) if admitted else 0.0,
+        dof=phase_aware_dof(plane, variance, float(weights.sum())) if admitted else 0.0,
         n=pixels * plane.frames,
         clipped_fraction=float((clipped * tiles.n).sum() / tiles.n.sum()),
         admitted=admitted and variance > 0.0,

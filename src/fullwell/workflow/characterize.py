@@ -21,7 +21,7 @@ from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.against_iso import measure_against_iso
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
 from fullwell.workflow.measure.iso import measure_iso
-from fullwell.workflow.measure.section import Section, joined
+from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.options import Options
 from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.reduce import Reduction, reduce_study
@@ -95,6 +95,7 @@ def measure(
     groups = group_by_iso(measured, reduction.statistics)
     sections = [measure_iso(study, group) for group in groups]
     section = joined([*sections, measure_against_iso(study, groups, [row for one in sections for row in one.rows])])
+    section = replace(section, findings=over_isos(zip(groups, sections, strict=True)))
     return _results(study, options, tile, reduction, section), groups, study
 
 

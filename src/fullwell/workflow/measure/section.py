@@ -1,6 +1,6 @@
 """What one measurement adds to the results, and how its rows are written."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from fullwell.figures.results import Curve, Row
@@ -9,6 +9,7 @@ from fullwell.units import Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 
 RECOMMENDED = "recommended"
+_ISO = "\0"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,6 +29,25 @@ def joined(sections: Iterable[Section]) -> Section:
         findings=tuple(finding for section in every for finding in section.findings),
         curves=_merged(curve for section in every for curve in section.curves),
     )
+
+
+def over_isos(sections: Iterable[tuple[IsoBursts, Section]]) -> tuple[Finding, ...]:
+    """Return the findings of several ISOs, those that differ only by the ISO as one."""
+    found: dict[tuple[str, str], list[tuple[IsoBursts, Finding]]] = {}
+    for bursts, section in sections:
+        for finding in section.findings:
+            template = finding.message.replace(bursts.label, _ISO)
+            found.setdefault((finding.code, template), []).append((bursts, finding))
+    return tuple(_over_isos(template, same) for (_, template), same in found.items())
+
+
+def _over_isos(template: str, same: Sequence[tuple[IsoBursts, Finding]]) -> Finding:
+    (first, finding), *others = same
+    if not others:
+        return finding
+    label = ", ".join([first.label, *(f"{bursts.iso:g}" for bursts, _ in others if bursts.iso is not None)])
+    files = tuple(sorted({file for _, one in same for file in one.files}))
+    return replace(finding, message=template.replace(_ISO, label), files=files)
 
 
 def _merged(curves: Iterable[Curve]) -> tuple[Curve, ...]:

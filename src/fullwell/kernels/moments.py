@@ -145,27 +145,31 @@ def _add_margins(x: NDArray[np.uint16], columns: NDArray[np.uint32], row: NDArra
     """Add a row of one frame to its column sums, and its sum by phase of the column to ``row``."""
     for c in range(x.size):
         columns[c] = columns[c] + np.uint32(x[c])
-    cell = row.size
-    even, odd = np.uint64(0), np.uint64(0)
+    # At most 32768 codes each, so that 32 bits hold them.
+    even, odd = np.uint32(0), np.uint32(0)
     for c in range(x.size // 2):
-        even += np.uint64(x[2 * c])
-        odd += np.uint64(x[2 * c + 1])
+        even = np.uint32(even + np.uint32(x[2 * c]))
+        odd = np.uint32(odd + np.uint32(x[2 * c + 1]))
+    row[0] += np.uint64(even)
+    row[row.size - 1] += np.uint64(odd)
     if x.size % 2:
-        even += np.uint64(x[x.size - 1])
-    row[0] += even
-    row[cell - 1] += odd
+        row[0] += np.uint64(x[x.size - 1])
 
 
 @njit(cache=True, nogil=True)
-def _close_tiles(columns: NDArray[np.uint32], band: Band, frame: int, frames: FrameSums) -> None:
-    """Gather a band's column sums of one frame into its tiles."""
+def _close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint64], tiles: NDArray[np.uint64]) -> None:
+    """Gather a band's column sums of one frame into ``tiles``, shape (sites, tile rows, tile columns)."""
     cell, step = band.cell, band.cell * band.tile
     tile_row = band.top // step
     for phase in range(cell):
+        for tile in range(tiles.shape[2]):
+            for first in range(cell):
+                total = np.uint64(0)
+                for c in range(tile * step + first, min((tile + 1) * step, columns.shape[1]), cell):
+                    total += np.uint64(columns[phase, c])
+                tiles[phase * cell + first, tile_row, tile] += total
         for c in range(columns.shape[1]):
-            value = np.uint64(columns[phase, c])
-            frames.columns[frame, phase, c] += value
-            frames.tiles[frame, phase * cell + c % cell, tile_row, c // step] += value
+            sums[phase, c] += np.uint64(columns[phase, c])
 
 
 @njit(cache=True, nogil=True)
@@ -190,7 +194,7 @@ def _close_extremes(extremes: _Extremes, band: Band, series: SeriesSums) -> None
 
 
 @njit(cache=True, nogil=True)
-def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) -> None:
+def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fresh: bool) -> None:  # noqa: FBT001 - compiled functions take their arguments by position
     """Add one band of every frame of the stack to the sums of the series, and to the sums of each frame.
 
     Parameters
@@ -203,6 +207,8 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) ->
         Sums over frames [DN, DN^2], added to.
     frames
         Sums over pixels [DN], added to.
+    fresh
+        Whether the band's rows of the maps hold nothing yet: what lies there is forgotten.
 
     """
     width, count, cell = stack.width, stack.starts.size, band.cell
@@ -218,6 +224,9 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) ->
         phase = row % cell
         codes, squares = series.codes[row], series.squares[row]
         at = stack.starts + row * width
+        if fresh:
+            codes[:] = 0
+            squares[:] = 0
         for f in range(0, fours, 4):
             x = (
                 stack.codes[at[f] : at[f] + width],
@@ -234,7 +243,7 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) ->
                 _count_one(x_f, phase, extremes)
             _add_margins(x_f, columns[f, phase], frames.rows[f, row])
     for f in range(count):
-        _close_tiles(columns[f], band, f, frames)
+        _close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
     _close_extremes(extremes, band, series)
 
 

@@ -13,10 +13,13 @@ def band_of_frames(stack: Stack, band: Band) -> NDArray[np.uint64]:
     return np.array(pixels, dtype=np.uint64).reshape(len(pixels), band.bottom - band.top, stack.width)
 
 
-def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) -> None:
+def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fresh: bool) -> None:  # noqa: FBT001 - as its twin
     """Add one band of every frame to the sums of the series and of each frame; see `moments.add_band`."""
     x = band_of_frames(stack, band)
     rows = slice(band.top, band.bottom)
+    if fresh:
+        series.codes[rows] = 0
+        series.squares[rows] = 0
     series.codes[rows] += x.sum(axis=0).astype(np.uint32)
     series.squares[rows] += (x * x).sum(axis=0)
     cell, step = band.cell, band.cell * band.tile

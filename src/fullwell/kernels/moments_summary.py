@@ -80,30 +80,36 @@ def _spread(codes: NDArray[np.uint32], squares: NDArray[np.uint64], frames: int,
 
 
 @njit(cache=True, nogil=True)
-def _add_temporal(spread: NDArray[np.uint64], squares: NDArray[np.uint64], phase: int, sums: ColumnSums) -> None:
+def _add_temporal(
+    spread: NDArray[np.uint64], squares: NDArray[np.uint64], sums: NDArray[np.uint64], quartic: NDArray[np.float64]
+) -> None:
     """Add a row to the sums that tell of the scatter over frames."""
-    totals, low, high, quartic = sums.squares[phase], sums.low[phase], sums.high[phase], sums.quartic[phase]
-    for c in range(spread.size):
+    # Two sums to a loop: with more, the compiler no longer proves that they do not overlap, and goes one by one.
+    totals, low, high = sums[0], sums[1], sums[2]
+    for c in range(squares.size):
         totals[c] += squares[c]
         low[c] += spread[c] & _WORD
+    for c in range(squares.size):
         high[c] += spread[c] >> _HALF
         value = np.float64(spread[c])
         quartic[c] += value * value
 
 
 @njit(cache=True, nogil=True)
-def _add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
+def _add_spatial(
+    codes: NDArray[np.uint32], reference: NDArray[np.float64], weights: tuple[float, float], sums: NDArray[np.float64]
+) -> None:
     """Add a row to the sums that tell of the scatter over pixels."""
-    phase, plane_row = at
-    reference = surface.reference[phase]
-    linear, quadratic = surface.linear[phase, plane_row], surface.quadratic[phase, plane_row]
-    centred, first, second, power = sums.centred[phase], sums.linear[phase], sums.quadratic[phase], sums.power[phase]
+    linear, quadratic = weights
+    centred, first, second, power = sums[0], sums[1], sums[2], sums[3]
     for c in range(codes.size):
         value = np.float64(codes[c]) - reference[c]
         centred[c] += value
+        power[c] += value * value
+    for c in range(codes.size):
+        value = np.float64(codes[c]) - reference[c]
         first[c] += linear * value
         second[c] += quadratic * value
-        power[c] += value * value
 
 
 @njit(cache=True, nogil=True)
@@ -132,25 +138,19 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, shift: int, histogr
 
     """
     width, cell = maps.codes.shape[1], band.cell
-    shape = (cell, width)
-    sums = ColumnSums(
-        np.zeros(shape, np.uint64),
-        np.zeros(shape, np.uint64),
-        np.zeros(shape, np.uint64),
-        np.zeros(shape, np.float64),
-        np.zeros(shape, np.float64),
-        np.zeros(shape, np.float64),
-        np.zeros(shape, np.float64),
-        np.zeros(shape, np.float64),
-    )
+    whole = np.zeros((cell, 3, width), np.uint64)
+    quartic = np.zeros((cell, width), np.float64)
+    real = np.zeros((cell, 4, width), np.float64)
     spread = np.empty(width, np.uint64)
     for row in range(band.top, band.bottom):
-        phase = row % cell
-        _spread(maps.codes[row], maps.squares[row], maps.frames, spread)
-        _add_temporal(spread, maps.squares[row], phase, sums)
-        _add_spatial(maps.codes[row], (phase, (row - band.top) // cell), surface, sums)
+        phase, at = row % cell, (row - band.top) // cell
+        codes, squares = maps.codes[row], maps.squares[row]
+        _spread(codes, squares, maps.frames, spread)
+        _add_temporal(spread, squares, whole[phase], quartic[phase])
+        weights = (surface.linear[phase, at], surface.quadratic[phase, at])
+        _add_spatial(codes, surface.reference[phase], weights, real[phase])
         _count_spread(spread, shift, histogram[phase * cell], histogram[phase * cell + cell - 1])
-    return sums
+    return ColumnSums(whole[:, 0], whole[:, 1], whole[:, 2], quartic, real[:, 0], real[:, 1], real[:, 2], real[:, 3])
 
 
 @njit(cache=True, nogil=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fullwell.kernels.moments_summary import Maps, pick_spreads
 
-BINS: Final = 1 << 14
+BINS: Final = 1 << 16
 _SAMPLED_ROWS: Final = 16
 _BEYOND: Final = 1 << 63
 
@@ -21,7 +21,7 @@ def shift_for(maps: Maps) -> int:
     height = maps.codes.shape[0]
     rows = np.unique(np.linspace(0, height - 1, min(height, _SAMPLED_ROWS)).astype(np.int64))
     codes = maps.codes[rows].astype(np.uint64)
-    guess = int(np.quantile(np.uint64(maps.frames) * maps.squares[rows] - codes * codes, 0.9))
+    guess = int(np.quantile(np.uint64(maps.frames) * maps.squares[rows] - codes * codes, 0.75))
     return max(0, (2 * guess // BINS).bit_length())
 
 

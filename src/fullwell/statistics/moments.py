@@ -93,7 +93,7 @@ def stack_of(mosaics: Sequence[NDArray[np.uint16]]) -> Stack:
 
 
 class Moments:
-    """Exact sums over the frames of a series.
+    """Exact sums over the frames of a series; the maps hold nothing before there is a frame.
 
     Frames may be added from several threads at once; other methods expect that nobody adds.
 
@@ -108,28 +108,43 @@ class Moments:
 
     def __init__(self, layout: Layout, *, every_histogram: bool = False) -> None:
         self.layout = layout
-        self.every_histogram = every_histogram
         shape, grid = (layout.height, layout.width), (layout.sites, *layout.tiles)
         self.maps = SeriesSums(
-            codes=np.zeros(shape, np.uint32),
-            squares=np.zeros(shape, np.uint64),
-            lowest=np.full(grid, CODES - 1, np.uint16),
-            highest=np.zeros(grid, np.uint16),
-            n_lowest=np.zeros(grid, np.int64),
-            n_highest=np.zeros(grid, np.int64),
+            codes=np.empty(shape, np.uint32),
+            squares=np.empty(shape, np.uint64),
+            lowest=np.empty(grid, np.uint16),
+            highest=np.empty(grid, np.uint16),
+            n_lowest=np.empty(grid, np.int64),
+            n_highest=np.empty(grid, np.int64),
         )
-        self.frame_sums: dict[str, tuple[int, ...]] = {}
         self.row_sums = np.zeros((layout.height, layout.cell), np.uint64)
         self.column_sums = np.zeros((layout.cell, layout.width), np.uint64)
         self.tile_sums = np.zeros(grid, np.uint64)
         self.tile_squares = np.zeros((2, *grid), np.uint64)
-        self.row_squares = [0] * layout.sites
-        self.column_squares = [0] * layout.sites
         self.histogram = np.zeros((layout.sites, CODES), np.int64)
-        self.histogram_frames: tuple[str, ...] = ()
         self._bands = layout.bands()
         self._band_locks = tuple(Lock() for _ in self._bands)
         self._lock = Lock()
+        self.clear(every_histogram=every_histogram)
+
+    def clear(self, *, every_histogram: bool) -> None:
+        """Forget all frames; the maps are written anew by the first frames to come."""
+        self.every_histogram = every_histogram
+        self._fresh = [True] * len(self._bands)
+        self.maps.lowest[...] = CODES - 1
+        for part in (
+            *self.maps[3:],
+            self.row_sums,
+            self.column_sums,
+            self.tile_sums,
+            self.tile_squares,
+            self.histogram,
+        ):
+            part[...] = 0
+        self.frame_sums: dict[str, tuple[int, ...]] = {}
+        self.row_squares = [0] * self.layout.sites
+        self.column_squares = [0] * self.layout.sites
+        self.histogram_frames: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -161,6 +176,8 @@ class Moments:
                 self.add(names[start : start + most], part, first_band=first_band)
             return
         self._refuse(names, stack)
+        if not names:
+            return
         frames = self._frame_sums(len(names))
         counted = self._counted(names)
         histogram = np.zeros((self.layout.sites, CODES if counted else 1), np.int64)
@@ -168,7 +185,8 @@ class Moments:
         for step in range(len(self._bands)):
             at = (first_band + step) % len(self._bands)
             with self._band_locks[at]:
-                add_band(stack, self._bands[at], self.maps, frames)
+                add_band(stack, self._bands[at], self.maps, frames, self._fresh[at])
+                self._fresh[at] = False
             if counted:
                 count_codes(chosen, self._bands[at], histogram)
         with self._lock:
@@ -188,6 +206,12 @@ class Moments:
         if other.layout != self.layout or other.every_histogram != self.every_histogram:
             raise ValueError("moments of different layouts cannot be merged")
         self._refuse_names(other.names)
+        if not other.names:
+            return
+        if not self.names:
+            self.maps.codes[...] = 0
+            self.maps.squares[...] = 0
+            self._fresh = [False] * len(self._bands)
         np.add(self.maps.codes, other.maps.codes, out=self.maps.codes)
         np.add(self.maps.squares, other.maps.squares, out=self.maps.squares)
         self._merge_extremes(other.maps)

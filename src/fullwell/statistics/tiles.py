@@ -69,15 +69,9 @@ def sweep(moments: Moments, *, shift: int, histogram: NDArray[np.int64]) -> tupl
     """Return the tile sums of each plane; D is counted into ``histogram`` in bins of 2^shift."""
     layout = moments.layout
     maps = Maps(moments.maps.codes, moments.maps.squares, len(moments.frame_sums))
-    rows: list[list[TileSums]] = [[] for _ in range(layout.sites)]
-    for band in layout.bands():
-        surface = _surface(moments, band)
-        sums = summarize_band(maps, band, surface, shift, histogram)
-        for site in range(layout.sites):
-            height = surface.linear[site // layout.cell].size - _padding(band, site // layout.cell)
-            if height and layout.plane(site)[1]:
-                rows[site].append(_tile_row(sums, site, layout, height))
-    return tuple(_stacked(parts) for parts in rows)
+    bands = [summarize_band(maps, band, _surface(moments, band), shift, histogram) for band in layout.bands()]
+    sums = ColumnSums(*(np.stack(parts) for parts in zip(*bands, strict=True)))
+    return tuple(_gathered(sums, site, layout) for site in range(layout.sites))
 
 
 def _padding(band: Band, phase: int) -> int:
@@ -105,26 +99,27 @@ def _surface(moments: Moments, band: Band) -> Surface:
     return Surface(reference, linear, quadratic)
 
 
-def _tile_row(sums: ColumnSums, site: int, layout: Layout, height: int) -> TileSums:
-    """Gather the column sums of one plane into a row of tiles."""
+def _gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
+    """Gather the column sums of one plane, of shape (bands, cell, width), into its tiles."""
     phase, column = divmod(site, layout.cell)
-    widths = edges(layout.plane(site)[1], layout.tile)
+    heights, widths = (edges(side, layout.tile) for side in layout.plane(site))
     starts = np.cumsum(widths) - widths
-    own = slice(column, None, layout.cell)
+    own = (slice(heights.size), phase, slice(column, None, layout.cell))
 
     def gathered(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.add.reduceat(values, starts)
+        return np.add.reduceat(values, starts, axis=-1)
 
     def exact(values: NDArray[np.uint64]) -> NDArray[np.object_]:
-        return np.add.reduceat(values[phase, own], starts).astype(np.object_)
+        return np.add.reduceat(values[own], starts, axis=-1).astype(np.object_)
 
     u, u2 = polynomials(widths)
     across = (widths.astype(np.float64), gathered(u**2), gathered(u2**2))
-    v, v2 = polynomials(np.array([height]))
-    down = (float(height), float((v**2).sum()), float((v2**2).sum()))
-    centred, linear, quadratic = (part[phase, own] for part in (sums.centred, sums.linear, sums.quadratic))
-    fits = (height >= 3) & (widths >= 3)
-    residual = gathered(sums.power[phase, own])
+    tops = np.cumsum(heights) - heights
+    v, v2 = polynomials(heights)
+    down = (heights.astype(np.float64), np.add.reduceat(v**2, tops), np.add.reduceat(v2**2, tops))
+    centred, linear, quadratic = (part[own] for part in (sums.centred, sums.linear, sums.quadratic))
+    fits = (heights[:, np.newaxis] >= 3) & (widths >= 3)
+    residual = gathered(sums.power[own])
     for values, i, j in (
         (centred, 0, 0),
         (linear, 1, 0),
@@ -133,21 +128,11 @@ def _tile_row(sums: ColumnSums, site: int, layout: Layout, height: int) -> TileS
         (linear * u, 1, 1),
         (centred * u2, 0, 2),
     ):
-        residual -= gathered(values) ** 2 / np.where(fits, down[i] * across[j], 1.0)
+        residual -= gathered(values) ** 2 / np.where(fits, down[i][:, np.newaxis] * across[j], 1.0)
     return TileSums(
-        n=widths * height,
+        n=heights[:, np.newaxis] * widths,
         squares=exact(sums.squares),
         spread=exact(sums.low) + exact(sums.high) * (1 << 32),
-        quartic=gathered(sums.quartic[phase, own]),
+        quartic=gathered(sums.quartic[own]),
         residual=np.where(fits, np.maximum(residual, 0.0), np.nan),
-    )
-
-
-def _stacked(parts: list[TileSums]) -> TileSums:
-    return TileSums(
-        n=np.stack([part.n for part in parts]),
-        squares=np.stack([part.squares for part in parts]),
-        spread=np.stack([part.spread for part in parts]),
-        quartic=np.stack([part.quartic for part in parts]),
-        residual=np.stack([part.residual for part in parts]),
     )

@@ -155,7 +155,8 @@ class _Reducer:
         while (task := self._schedule.take(stop)) is not None:
             opened, first = task
             if first:
-                opened.open(self._layout, every_histogram=opened.series.kind in {Kind.DARK, Kind.BIAS})
+                every = opened.series.kind in {Kind.DARK, Kind.BIAS}
+                self._schedule.begin(opened, self._layout, every_histogram=every)
                 self._add_burst(opened, slots, stop)
             else:
                 self._add_some(opened, slots, stop, first_band=first_band)

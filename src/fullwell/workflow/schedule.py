@@ -29,13 +29,14 @@ class OpenSeries:
         self.bursts: tuple[BurstSums, ...] | None = None
         self._moments: Moments | None = None
 
-    def open(self, layout: Layout, *, every_histogram: bool) -> None:
-        """Make room for the moments."""
-        self._moments = Moments(layout, every_histogram=every_histogram)
+    def open(self, moments: Moments) -> None:
+        """Take empty moments to add to."""
+        self._moments = moments
 
-    def release(self) -> None:
+    def release(self) -> Moments:
         """Let the moments go."""
-        self._moments = None
+        moments, self._moments = self.moments, None
+        return moments
 
     @property
     def moments(self) -> Moments:
@@ -63,6 +64,7 @@ class Schedule:
         self.workers = workers
         self._waiting = deque(series)
         self._open: list[OpenSeries] = []
+        self._spare: list[Moments] = []
         self._most_open = most_open
         self._changed = Condition()
 
@@ -114,9 +116,19 @@ class Schedule:
             opened.busy -= 1
             return not opened.pending and opened.busy == 0
 
+    def begin(self, opened: OpenSeries, layout: Layout, *, every_histogram: bool) -> None:
+        """Give a series its moments: those of a finished one if there are any, since new memory takes its time."""
+        with self._changed:
+            moments = self._spare.pop() if self._spare else None
+        if moments is None:
+            moments = Moments(layout, every_histogram=every_histogram)
+        else:
+            moments.clear(every_histogram=every_histogram)
+        opened.open(moments)
+
     def close(self, opened: OpenSeries) -> None:
         """Let a finished series go, so that the next may be opened."""
-        opened.release()
         with self._changed:
+            self._spare.append(opened.release())
             self._open.remove(opened)
             self._changed.notify_all()

@@ -15,6 +15,7 @@ from fullwell.raw.image import Area
 from fullwell.raw.open import decode
 
 _LINE: Final = 64
+_PIECE: Final = 1 << 18
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,8 +82,7 @@ class Slots:
         """
         first = len(self._starts) * self.slot_bytes
         slot = self._block.data[first : first + self.slot_bytes]
-        data = _read_into(frame.header.path, slot)
-        self.hashes[frame.name] = xxh3_128(data).hexdigest()
+        data, self.hashes[frame.name] = _read_into(frame.header.path, slot)
         mosaic = decode(frame.header, data)
         if mosaic.shape != (self._window.height, self._window.width):
             raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
@@ -115,11 +115,17 @@ class Slots:
         return start
 
 
-def _read_into(path: Path, slot: memoryview) -> memoryview:
-    """Read a whole file into a slot, or into memory of its own if it has outgrown the slot."""
+def _read_into(path: Path, slot: memoryview) -> tuple[memoryview, str]:
+    """Read a whole file into a slot, or into memory of its own if it has outgrown the slot; and return its hash.
+
+    Pieces are hashed while they are still in the cache.
+    """
+    digest = xxh3_128()
+    at = 0
     with path.open("rb", buffering=0) as file:
-        at = 0
-        while at < len(slot) and (count := file.readinto(slot[at:])):
+        while at < len(slot) and (count := file.readinto(slot[at : at + _PIECE])):
+            digest.update(slot[at : at + count])
             at += count
         rest = file.read() if at == len(slot) else b""
-    return memoryview(bytes(slot) + rest) if rest else slot[:at]
+    digest.update(rest)
+    return (memoryview(bytes(slot) + rest) if rest else slot[:at]), digest.hexdigest()

@@ -141,3 +141,22 @@ def test_many_rows_are_left_to_the_tables():
     whole = replace(row, region=None)
     page = report_html(Results(study={}, rows=(*[row] * 4500, whole), findings=(), curves=()), None)
     assert "4500 rows stand only there" in page
+
+
+def test_findings_of_one_kind_share_a_box():
+    def at(iso):
+        return Finding(
+            code="saturation-not-reached", severity=Severity.WARNING, message=f"flats at ISO {iso} stay dark"
+        )
+
+    page = report_html(Results(study={}, rows=(), findings=(at(55), at(99)), curves=()), None)
+    assert page.count('class="finding warning"') == 1
+    assert "2 warnings" in page
+    assert page.index("Flats at ISO 55") < page.index("Flats at ISO 99")
+
+
+def test_each_threshold_of_a_figure_is_drawn_in_a_panel_of_its_own(results):
+    rows = [row for row in results.rows if row.quantity == "dynamic_range"]
+    rows += [replace(row, snr_threshold=10.0) for row in rows]
+    page = report_html(Results(study={}, rows=tuple(rows), findings=(), curves=()), None)
+    assert "Dynamic range of the sensor, SNR 1, Dynamic range of the sensor, SNR 10 against ISO" in page

@@ -62,6 +62,7 @@ def characterize(
 
     """
     check_target(out)
+    _refuse_to_replace(path, out)
     started = time.monotonic()
     results, groups, study = measure(path, options=options, progress=progress)
     run = {
@@ -77,6 +78,13 @@ def characterize(
     results = replace(results, run=run)
     write_results(results, out, pictures=take_pictures(study, groups))
     return results
+
+
+def _refuse_to_replace(path: Path, out: Path) -> None:
+    """Refuse to write results over the study they come from."""
+    study, target = path.resolve(), out.resolve()
+    if study == target or target in study.parents:
+        raise UsageError(f"{out} holds the study {path}, and results would replace it; name another folder with -o")
 
 
 def measure(

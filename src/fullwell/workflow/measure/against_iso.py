@@ -10,22 +10,14 @@ from fullwell.fit.amplification import AmplifierNoise, fit_amplifier_noise
 from fullwell.frames.series import Study
 from fullwell.units import DN, DN2, ELECTRON, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.section import RECOMMENDED, Section
+from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
 
 
 def measure_against_iso(study: Study, groups: Sequence[IsoBursts], rows: Iterable[Row]) -> Section:
     """Fit read noise against amplification for every channel measured at three ISOs or more."""
     recommended = [row for row in rows if RECOMMENDED in row.flags and row.iso is not None]
     channels = dict.fromkeys(channel for group in groups for channel in group.channels)
-    return _joined(_channel(study, channel, recommended) for channel in channels)
-
-
-def _joined(sections: Iterable[Section]) -> Section:
-    every = tuple(sections)
-    return Section(
-        rows=tuple(row for section in every for row in section.rows),
-        curves=tuple(curve for section in every for curve in section.curves),
-    )
+    return joined(_channel(study, channel, recommended) for channel in channels)
 
 
 def _of(rows: Iterable[Row], quantity: str, channel: str, unit: str) -> dict[float, Row]:

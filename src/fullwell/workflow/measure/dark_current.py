@@ -72,7 +72,8 @@ def _resolution(bursts: IsoBursts, line: DarkLine) -> tuple[Finding, ...]:
         f"at {bursts.label} these dark exposures can resolve a dark signal of "
         f"{line.resolvable_slope_dn_per_s:.2g} DN/s (95 %, all channels)"
     )
-    if line.exposure_for_10_percent_s is not None:
+    longest = max(burst.exposure_s for burst in bursts.unlit)
+    if line.exposure_for_10_percent_s is not None and line.exposure_for_10_percent_s > longest:
         message += f"; 10 % precision needs exposures up to {line.exposure_for_10_percent_s:.2g} s"
     return (Finding(code="dark-current-resolution", severity=Severity.INFO, message=message + "."),)
 

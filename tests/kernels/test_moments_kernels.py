@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fullwell.kernels import moments, moments_reference, moments_summary, moments_summary_reference
 from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack
-from fullwell.kernels.moments_summary import Maps, Surface
+from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface
 
 
 @st.composite
@@ -88,8 +88,11 @@ def test_summaries_equal_their_twins(case: tuple[Stack, Band, int], shift: int, 
     reference = rng.integers(0, 1000, (band.cell, stack.width)).astype(np.float64)
     surface = Surface(reference, *polynomials)
     fast_counts, slow_counts = np.zeros((2, band.cell**2, bins), np.int64)
-    fast = moments_summary.summarize_band(maps, band, surface, shift, fast_counts)
-    slow = moments_summary_reference.summarize_band(maps, band, surface, shift, slow_counts)
+    fast, slow = (
+        ColumnSums(*np.zeros((3, *reference.shape), np.uint64), *np.zeros((5, *reference.shape))) for _ in range(2)
+    )
+    moments_summary.summarize_band(maps, band, surface, fast, SpreadCounts(fast_counts, shift))
+    moments_summary_reference.summarize_band(maps, band, surface, slow, SpreadCounts(slow_counts, shift))
     np.testing.assert_array_equal(fast_counts, slow_counts)
     for name, mine, its in zip(fast._fields, fast, slow, strict=True):
         # D^2 has up to 124 bits: each of at most ten additions rounds once.

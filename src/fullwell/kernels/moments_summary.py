@@ -71,6 +71,13 @@ class ColumnSums(NamedTuple):
     power: NDArray[np.float64]
 
 
+class SpreadCounts(NamedTuple):
+    """Counts of D by site in bins of 2^shift, the last of which is open; shape (sites, bins)."""
+
+    bins: NDArray[np.int64]
+    shift: int
+
+
 @njit(cache=True, nogil=True)
 def _spread(codes: NDArray[np.uint32], squares: NDArray[np.uint64], frames: int, spread: NDArray[np.uint64]) -> None:
     """Write D of a row of pixels."""
@@ -80,12 +87,10 @@ def _spread(codes: NDArray[np.uint32], squares: NDArray[np.uint64], frames: int,
 
 
 @njit(cache=True, nogil=True)
-def _add_temporal(
-    spread: NDArray[np.uint64], squares: NDArray[np.uint64], sums: NDArray[np.uint64], quartic: NDArray[np.float64]
-) -> None:
+def _add_temporal(spread: NDArray[np.uint64], squares: NDArray[np.uint64], phase: int, sums: ColumnSums) -> None:
     """Add a row to the sums that tell of the scatter over frames."""
     # Two sums to a loop: with more, the compiler no longer proves that they do not overlap, and goes one by one.
-    totals, low, high = sums[0], sums[1], sums[2]
+    totals, low, high, quartic = sums.squares[phase], sums.low[phase], sums.high[phase], sums.quartic[phase]
     for c in range(squares.size):
         totals[c] += squares[c]
         low[c] += spread[c] & _WORD
@@ -96,12 +101,12 @@ def _add_temporal(
 
 
 @njit(cache=True, nogil=True)
-def _add_spatial(
-    codes: NDArray[np.uint32], reference: NDArray[np.float64], weights: tuple[float, float], sums: NDArray[np.float64]
-) -> None:
+def _add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
     """Add a row to the sums that tell of the scatter over pixels."""
-    linear, quadratic = weights
-    centred, first, second, power = sums[0], sums[1], sums[2], sums[3]
+    phase, plane_row = at
+    reference = surface.reference[phase]
+    linear, quadratic = surface.linear[phase, plane_row], surface.quadratic[phase, plane_row]
+    centred, first, second, power = sums.centred[phase], sums.linear[phase], sums.quadratic[phase], sums.power[phase]
     for c in range(codes.size):
         value = np.float64(codes[c]) - reference[c]
         centred[c] += value
@@ -124,7 +129,7 @@ def _count_spread(spread: NDArray[np.uint64], shift: int, even: NDArray[np.int64
 
 
 @njit(cache=True, nogil=True)
-def summarize_band(maps: Maps, band: Band, surface: Surface, shift: int, histogram: NDArray[np.int64]) -> ColumnSums:
+def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, counts: SpreadCounts) -> None:
     """Sum one band of finished maps down its columns, and count D.
 
     Parameters
@@ -133,24 +138,19 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, shift: int, histogr
         What to sum, and which rows.
     surface
         Reference and polynomials.
-    shift, histogram
-        D is counted in bins of 2^shift, the last of which is open; shape (sites, bins), added to.
+    sums, counts
+        Added to.
 
     """
-    width, cell = maps.codes.shape[1], band.cell
-    whole = np.zeros((cell, 3, width), np.uint64)
-    quartic = np.zeros((cell, width), np.float64)
-    real = np.zeros((cell, 4, width), np.float64)
-    spread = np.empty(width, np.uint64)
+    cell, shift = band.cell, counts.shift
+    spread = np.empty(maps.codes.shape[1], np.uint64)
     for row in range(band.top, band.bottom):
-        phase, at = row % cell, (row - band.top) // cell
+        phase = row % cell
         codes, squares = maps.codes[row], maps.squares[row]
         _spread(codes, squares, maps.frames, spread)
-        _add_temporal(spread, squares, whole[phase], quartic[phase])
-        weights = (surface.linear[phase, at], surface.quadratic[phase, at])
-        _add_spatial(codes, surface.reference[phase], weights, real[phase])
-        _count_spread(spread, shift, histogram[phase * cell], histogram[phase * cell + cell - 1])
-    return ColumnSums(whole[:, 0], whole[:, 1], whole[:, 2], quartic, real[:, 0], real[:, 1], real[:, 2], real[:, 3])
+        _add_temporal(spread, squares, phase, sums)
+        _add_spatial(codes, (phase, (row - band.top) // cell), surface, sums)
+        _count_spread(spread, shift, counts.bins[phase * cell], counts.bins[phase * cell + cell - 1])
 
 
 @njit(cache=True, nogil=True)

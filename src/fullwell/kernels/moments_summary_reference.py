@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.kernels.moments import Band, Stack
-from fullwell.kernels.moments_summary import ColumnSums, Maps, Surface
+from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface
 
 
 def spread_of(maps: Maps) -> NDArray[np.uint64]:
@@ -13,25 +13,23 @@ def spread_of(maps: Maps) -> NDArray[np.uint64]:
     return np.uint64(maps.frames) * maps.squares - codes * codes
 
 
-def summarize_band(maps: Maps, band: Band, surface: Surface, shift: int, histogram: NDArray[np.int64]) -> ColumnSums:
+def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, counts: SpreadCounts) -> None:
     """Sum one band of finished maps down its columns, and count D; see `moments_summary.summarize_band`."""
-    rows, cell = slice(band.top, band.bottom), band.cell
+    rows, cell, bins = slice(band.top, band.bottom), band.cell, counts.bins.shape[1]
     spread, squares = spread_of(maps)[rows], maps.squares[rows]
     word = np.uint64(0xFFFFFFFF)
-    by_phase: list[list[NDArray[np.uint64] | NDArray[np.float64]]] = []
     for phase in range(cell):
-        d, q = spread[phase::cell], squares[phase::cell]
+        d = spread[phase::cell]
         centred = maps.codes[rows][phase::cell].astype(np.float64) - surface.reference[phase]
         linear = surface.linear[phase, : len(centred), np.newaxis]
         quadratic = surface.quadratic[phase, : len(centred), np.newaxis]
-        terms = (q, d & word, d >> np.uint64(32), d.astype(np.float64) ** 2)
-        moments = (centred, linear * centred, quadratic * centred, centred**2)
-        by_phase.append([term.sum(axis=0) for term in (*terms, *moments)])
+        temporal = (squares[phase::cell], d & word, d >> np.uint64(32), d.astype(np.float64) ** 2)
+        spatial = (centred, linear * centred, quadratic * centred, centred**2)
+        for total, terms in zip(sums, (*temporal, *spatial), strict=True):
+            total[phase] += terms.sum(axis=0)
         for column in range(cell):
-            bins = np.minimum(d[:, column::cell] >> np.uint64(shift), np.uint64(histogram.shape[1] - 1))
-            counted = np.bincount(bins.ravel().astype(np.int64), minlength=histogram.shape[1])
-            histogram[phase * cell + column] += counted
-    return ColumnSums(*(np.array(sums) for sums in zip(*by_phase, strict=True)))
+            at = np.minimum(d[:, column::cell] >> np.uint64(counts.shift), np.uint64(bins - 1))
+            counts.bins[phase * cell + column] += np.bincount(at.ravel().astype(np.int64), minlength=bins)
 
 
 def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int) -> NDArray[np.uint64]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments_summary import Maps
+from fullwell.kernels.moments_summary import Maps, SpreadCounts
 from fullwell.raw.cfa import channels
 from fullwell.statistics.anova import MarginalSquares
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
@@ -36,7 +36,7 @@ def finalize(moments: Moments, *, bursts: Sequence[BurstSums] | None = None) -> 
     maps = Maps(moments.maps.codes, moments.maps.squares, len(names))
     shift = shift_for(maps)
     counts = np.zeros((layout.sites, BINS), np.int64)
-    tiles = sweep(moments, shift=shift, histogram=counts)
+    tiles = sweep(moments, SpreadCounts(counts, shift))
     if len(names) <= LEGACY_FRAMES:
         bursts = [_burst(moments, site, sums) for site, sums in enumerate(tiles)]
     planes: list[PlaneStatistics] = []

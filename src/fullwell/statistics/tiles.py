@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.kernels.moments import Band
-from fullwell.kernels.moments_summary import ColumnSums, Maps, Surface, summarize_band
+from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface, summarize_band
 from fullwell.statistics.moments import Layout, Moments
 
 SURFACE_TERMS: Final = 6
@@ -65,12 +65,27 @@ def polynomials(lengths: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArra
     return linear, linear**2 - (n * n - 1) / 12
 
 
-def sweep(moments: Moments, *, shift: int, histogram: NDArray[np.int64]) -> tuple[TileSums, ...]:
-    """Return the tile sums of each plane; D is counted into ``histogram`` in bins of 2^shift."""
+def sweep(moments: Moments, counts: SpreadCounts) -> tuple[TileSums, ...]:
+    """Return the tile sums of each plane, and count D."""
     layout = moments.layout
     maps = Maps(moments.maps.codes, moments.maps.squares, len(moments.frame_sums))
-    bands = [summarize_band(maps, band, _surface(moments, band), shift, histogram) for band in layout.bands()]
-    sums = ColumnSums(*(np.stack(parts) for parts in zip(*bands, strict=True)))
+    bands = layout.bands()
+    shape = (len(bands), layout.cell, layout.width)
+    squares, low, high = np.zeros((3, *shape), np.uint64)
+    quartic, centred, linear, quadratic, power = np.zeros((5, *shape), np.float64)
+    sums = ColumnSums(squares, low, high, quartic, centred, linear, quadratic, power)
+    for at, band in enumerate(bands):
+        own = ColumnSums(
+            sums.squares[at],
+            sums.low[at],
+            sums.high[at],
+            sums.quartic[at],
+            sums.centred[at],
+            sums.linear[at],
+            sums.quadratic[at],
+            sums.power[at],
+        )
+        summarize_band(maps, band, _surface(moments, band), own, counts)
     return tuple(_gathered(sums, site, layout) for site in range(layout.sites))
 
 

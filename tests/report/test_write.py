@@ -81,7 +81,7 @@ def test_checking_a_target_makes_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, OSError])
-@pytest.mark.parametrize("moment", ["rows_csv", "write_parquet", "report_html", "_replace"])
+@pytest.mark.parametrize("moment", ["rows_csv", "write_parquet", "report_html"])
 def test_a_failure_at_any_moment_leaves_what_was_there(tmp_path, monkeypatch, failure, moment):
     out = tmp_path / "out"
     write_results(SMALL, out)
@@ -97,24 +97,6 @@ def test_a_failure_at_any_moment_leaves_what_was_there(tmp_path, monkeypatch, fa
     assert names(tmp_path) == ["out"]
     assert names(out) == FILES
     assert (out / "results.json").read_bytes() == before
-
-
-def test_a_failure_between_the_two_renames_brings_the_former_back(tmp_path, monkeypatch):
-    out = tmp_path / "out"
-    write_results(SMALL, out)
-    before = (out / "results.json").read_bytes()
-    rename = type(out).rename
-
-    def interrupted(self, target):
-        if self.name == "fresh":
-            raise KeyboardInterrupt
-        return rename(self, target)
-
-    monkeypatch.setattr(type(out), "rename", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        write_results(replace(SMALL, study={"name": "b"}), out)
-    assert (out / "results.json").read_bytes() == before
-    assert names(tmp_path) == ["out"]
 
 
 def test_the_tables_are_the_same_bytes_twice(tmp_path, results):

@@ -1,13 +1,12 @@
 """The results folder: written beside its target and renamed into place, or not at all."""
 
-import json
 import os
-import tempfile
 from pathlib import Path
-from typing import Final, cast
+from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
+from fullwell.files import holds_document, replaced_folder
 from fullwell.report.document import SCHEMA, results_json
 from fullwell.report.html import report_html
 from fullwell.report.pictures import Pictures
@@ -29,7 +28,7 @@ def check_target(out: Path) -> None:
     if target.exists() and not target.is_dir():
         message = f"{out} is a file; name a folder for the results with -o"
         raise UsageError(message)
-    if target.is_dir() and any(target.iterdir()) and not _holds_results(target):
+    if target.is_dir() and any(target.iterdir()) and not holds_document(target, DOCUMENT, schema=SCHEMA):
         message = (
             f"{out} holds something other than Fullwell's results and is left untouched; "
             "name a new or empty folder with -o"
@@ -63,42 +62,13 @@ def write_results(results: Results, out: Path, *, pictures: Pictures | None = No
 
     """
     check_target(out)
-    target = out.resolve()
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(
-        prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
-    ) as workshop:
-        fresh = Path(workshop) / "fresh"
-        fresh.mkdir()
-        _fill(fresh, results, pictures)
-        _replace(target, fresh, aside=Path(workshop) / "former")
+    with replaced_folder(out) as fresh:
+        write_files(results, fresh, pictures=pictures)
 
 
-def _fill(folder: Path, results: Results, pictures: Pictures | None) -> None:
+def write_files(results: Results, folder: Path, *, pictures: Pictures | None = None) -> None:
+    """Write the four files of `write_results` into a folder that is there already."""
     (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
     (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
     write_parquet(results.rows, folder / "results.parquet")
     (folder / "report.html").write_text(report_html(results, pictures), encoding="utf-8", newline="\n")
-
-
-def _replace(target: Path, fresh: Path, *, aside: Path) -> None:
-    """Put ``fresh`` in the place of ``target``; what was there goes ``aside``, and comes back if that fails."""
-    if not target.exists():
-        fresh.rename(target)
-        return
-    try:
-        target.rename(aside)
-        fresh.rename(target)
-    except BaseException:
-        if aside.exists() and not target.exists():
-            aside.rename(target)
-        raise
-
-
-def _holds_results(folder: Path) -> bool:
-    """Tell whether a folder holds a results document of ours."""
-    try:
-        document: object = json.loads((folder / DOCUMENT).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(document, dict) and cast("dict[str, object]", document).get("schema") == SCHEMA

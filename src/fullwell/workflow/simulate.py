@@ -1,15 +1,14 @@
 """A camera as raw files on disk: a config becomes a study that `characterize` reads by its folder names."""
 
 import json
-import tempfile
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final, cast
+from typing import Final
 
 from fullwell.errors import UsageError
+from fullwell.files import holds_document, replaced_folder
 from fullwell.simulate.camera import build, take
 from fullwell.simulate.config import SimulationConfig, read_config
 from fullwell.simulate.files import suffix, write_frame
@@ -69,9 +68,10 @@ def simulate_config(
     config: SimulationConfig, out: Path, *, workers: int, progress: Progress | None = None
 ) -> SimulatedStudy:
     """Write the study of a config that was read already; otherwise as `simulate`."""
+    _require_replaceable(out)
     frames = plan(config)
     camera = build(config.sensor, seed=config.seed, lens=config.lens.map_for(config.sensor), flare=config.lens.flare)
-    with _fresh_folder(out) as folder:
+    with replaced_folder(out) as folder:
         _write_frames(config, camera, frames, folder, workers=workers, progress=progress)
         document = json.dumps(truth_document(config, frames), indent=1) + "\n"
         (folder / TRUTH).write_text(document, encoding="utf-8", newline="\n")
@@ -125,36 +125,12 @@ def _wait_for(futures: Sequence[Future[None]]) -> None:
         future.result()
 
 
-@contextmanager
-def _fresh_folder(out: Path) -> Generator[Path]:
-    """Provide a folder beside ``out`` that takes its place once it is complete."""
+def _require_replaceable(out: Path) -> None:
     target = out.resolve()
-    _require_replaceable(target, out)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(
-        prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
-    ) as workshop:
-        fresh = Path(workshop) / "fresh"
-        fresh.mkdir()
-        yield fresh
-        if target.exists():
-            target.rename(Path(workshop) / "former")
-        fresh.rename(target)
-
-
-def _require_replaceable(target: Path, out: Path) -> None:
     if target.exists() and not target.is_dir():
         raise UsageError(f"{out} is a file; name a folder for the frames with -o.")
-    if target.is_dir() and any(target.iterdir()) and not _holds_simulation(target):
+    if target.is_dir() and any(target.iterdir()) and not holds_document(target, TRUTH, schema=SCHEMA):
         raise UsageError(
             f"{out} holds something other than simulated frames and is left untouched; "
             "name a new or empty folder with -o."
         )
-
-
-def _holds_simulation(folder: Path) -> bool:
-    try:
-        document: object = json.loads((folder / TRUTH).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(document, dict) and cast("dict[str, object]", document).get("schema") == SCHEMA

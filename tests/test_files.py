@@ -1,0 +1,81 @@
+"""A folder is replaced whole or not at all; what stood there is deleted only when the new one stands in its place."""
+
+from pathlib import Path
+
+import pytest
+
+from fullwell.files import holds_document, replaced_folder
+
+
+@pytest.fixture
+def out(tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "former").write_text("years of work")
+    return folder
+
+
+def contents(out):
+    return {path.name: path.read_text() for path in out.iterdir()}
+
+
+def replace(out, *, failure=None):
+    with replaced_folder(out) as fresh:
+        (fresh / "new").write_text("new")
+        if failure:
+            raise failure
+
+
+def test_a_folder_takes_the_place_of_the_former_one(tmp_path, out):
+    replace(out)
+    replace(tmp_path / "deep" / "er")
+    assert contents(out) == contents(tmp_path / "deep" / "er") == {"new": "new"}
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["deep", "out"]
+
+
+@pytest.mark.parametrize("failure", [KeyboardInterrupt, OSError])
+def test_a_failure_while_it_is_filled_leaves_what_was_there(tmp_path, out, failure):
+    for target in (out, tmp_path / "new"):
+        with pytest.raises(failure):
+            replace(target, failure=failure)
+    assert contents(out) == {"former": "years of work"}
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_failure_between_the_two_renames_brings_the_former_back(tmp_path, out, monkeypatch):
+    rename = Path.rename
+
+    def interrupted(self, target):
+        if self.name == "fresh":
+            raise KeyboardInterrupt
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        replace(out)
+    assert contents(out) == {"former": "years of work"}
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_former_survives_even_where_it_cannot_be_brought_back(tmp_path, out, monkeypatch):
+    rename = Path.rename
+
+    def refused(self, target):
+        if Path(target) == out:
+            raise OSError("no permission")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", refused)
+    with pytest.raises(OSError, match="no permission"):
+        replace(out)
+    assert [contents(folder) for folder in tmp_path.iterdir()] == [{"former": "years of work"}]
+
+
+@pytest.mark.parametrize(
+    ("text", "ours"),
+    [('{"schema": "a/1"}', True), ('{"schema": "b/1"}', False), ('["a/1"]', False), ("not JSON", False)],
+)
+def test_a_document_of_ours_is_told_by_its_schema(tmp_path, text, ours):
+    (tmp_path / "a.json").write_text(text)
+    assert holds_document(tmp_path, "a.json", schema="a/1") is ours
+    assert not holds_document(tmp_path / "missing", "a.json", schema="a/1")

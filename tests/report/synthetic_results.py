@@ -238,7 +238,7 @@ def _study() -> dict[str, object]:
         {
             "path": f"PRNU_DSNU/ISO_{iso:g}/IMG_{index}.dng",
             "size": 9_310_212,
-            "hash": f"{rng_hash:032x}",
+            "xxh3_128": f"{rng_hash:032x}",
             "kind": "flat",
             "iso": iso,
             "exposure_s": exposure,
@@ -247,16 +247,17 @@ def _study() -> dict[str, object]:
         for index, (exposure, rng_hash) in enumerate(zip(FLAT_EXPOSURES, range(1, 99), strict=False))
     ]
     return {
-        "name": "pixel-4a",
         "camera": {"name": "Google Pixel 4a (IMX363)", "base_iso": 55.0, "pixel_pitch_um": 1.4},
         "width": 2016,
         "height": 1512,
         "cfa": "BGGR",
         "bit_depth": 10,
-        "levels": {"black": {"values": [64, 64, 64, 64], "source": "metadata", "tag": "BlackLevel"}},
-        "settings": {"tile": 64},
+        "black_level": {"values": [64, 64, 64, 64], "source": "metadata", "tag": "BlackLevel"},
+        "white_level": {"values": [1023], "source": "metadata", "tag": "WhiteLevel"},
+        "settings": {"iso": [], "tile": 64, "crop": None},
+        "series": [{"kind": "flat", "iso": 55.0, "exposure_s": 0.002, "temperature_c": None, "frames": 5}],
         "files": files,
-        "excluded": [{"name": "PRNU_DSNU/notes.dng", "code": "not-a-raw-file", "reason": "the file is plain text"}],
+        "excluded": [{"path": "PRNU_DSNU/notes.dng", "code": "not-a-raw-file", "reason": "the file is plain text"}],
     }
 
 
@@ -295,7 +296,12 @@ def synthetic_results(seed: int = 1) -> Results:
             _read_noise(),
             _frame_means(rng),
         ),
-        run={"version": "0.1.0", "command": "fullwell characterize pixel-4a -o out", "time": "2025-11-23 16:00 UTC"},
+        run={
+            "version": "0.1.0",
+            "command": ["fullwell", "characterize", "data/pixel-4a", "-o", "out"],
+            "study": "data/pixel-4a",
+            "time": "2025-11-23T16:00:00+00:00",
+        },
     )
 
 

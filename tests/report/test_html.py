@@ -92,6 +92,14 @@ def test_the_published_flows_say_why_they_differ(page):
     assert "published against recommended: −8.9 %" in page
 
 
+def test_the_title_names_camera_and_study_and_hashes_are_shortened(page):
+    assert "<h1>Google Pixel 4a (IMX363)</h1>" in page
+    assert "Study pixel-4a." in page
+    assert "2025-11-23 16:00 UTC" in page
+    assert f"{'0' * 16}…" in page
+    assert "0" * 17 not in page
+
+
 def test_six_isos_stay_small(page):
     assert len(page) < 6_000_000
 
@@ -107,7 +115,7 @@ def test_what_comes_from_files_cannot_become_markup():
     evil = "<script>alert(1)</script>"
     finding = Finding(code="x", severity=Severity.ERROR, message=evil, files=(evil,))
     row = Row(quantity=evil, channel="G1", method=evil, measured=Measured.exact(1.0, "DN"), source=evil)
-    study = {"name": evil, "camera": evil, "files": [{"path": evil}]}
+    study = {"camera": {"name": evil}, "files": [{"path": evil}]}
     page = report_html(Results(study=study, rows=(row,), findings=(finding,), curves=(), run={"command": evil}), None)
     assert evil not in page
 

@@ -11,6 +11,7 @@ from fullwell.report.document import Plain, plain
 from fullwell.report.numbers import MISSING, show_plain
 
 MOST_LINES: Final = 2000
+_HASH: Final = "xxh3_128"
 _HASH_DIGITS: Final = 16
 
 
@@ -31,7 +32,7 @@ class Inventory:
     Parameters
     ----------
     camera, study
-        Names for the title; empty where unknown.
+        The camera's name and that of the folder that was read, for the title; empty where unknown.
     facts
         Label and text.
     listings
@@ -56,8 +57,8 @@ def take_inventory(results: Results) -> Inventory:
         else:
             facts += _facts(_words(name), value)
     return Inventory(
-        camera=_camera(study),
-        study=_study_name(study, cast("dict[str, Plain]", plain(results.run))),
+        camera=_text_at(study.get("camera"), "name"),
+        study=PurePath(_text_at(results.run, "study")).name,
         facts=tuple(facts),
         listings=tuple(listings),
     )
@@ -70,33 +71,16 @@ def run_facts(results: Results) -> tuple[tuple[str, str], ...]:
 
 def run_date(results: Results) -> str:
     """Return when the run was, as it says itself; empty where it does not."""
-    text = _first_text(cast("dict[str, Plain]", plain(results.run)), ("time", "date", "started", "finished"))
+    text = _text_at(results.run, "time")
     try:
         return f"{datetime.fromisoformat(text):%Y-%m-%d %H:%M %Z}".strip()
     except ValueError:
         return text
 
 
-def _study_name(study: Mapping[str, Plain], run: Mapping[str, Plain]) -> str:
-    """Return what the study calls itself, else the name of the folder that was read."""
-    named = _first_text(study, ("name", "study", "root", "path", "folder"))
-    return named or PurePath(_first_text(run, ("study",))).name
-
-
-def _camera(study: Mapping[str, Plain]) -> str:
-    camera = study.get("camera")
-    if isinstance(camera, str):
-        return camera
-    known = camera if isinstance(camera, dict) else study
-    make_and_model = " ".join(text for key in ("make", "model") if isinstance(text := known.get(key), str) and text)
-    return (_first_text(known, ("name",)) if known is camera else "") or make_and_model
-
-
-def _first_text(mapping: Mapping[str, Plain], keys: Sequence[str]) -> str:
-    for key in keys:
-        if isinstance(value := mapping.get(key), str) and value:
-            return value
-    return ""
+def _text_at(mapping: object, key: str) -> str:
+    value = cast("Mapping[str, object]", mapping).get(key) if isinstance(mapping, Mapping) else None
+    return value if isinstance(value, str) else ""
 
 
 def _is_listing(value: Plain) -> bool:
@@ -137,7 +121,7 @@ def _text(value: Plain, name: str) -> str:
             if _is_level(value)
             else "; ".join(f"{_words(key)} {_text(item, key)}" for key, item in value.items())
         )
-    return f"{value[:_HASH_DIGITS]}…" if "hash" in name.lower() and len(value) > _HASH_DIGITS else value
+    return f"{value[:_HASH_DIGITS]}…" if name == _HASH else value
 
 
 def _is_level(value: Mapping[str, Plain]) -> bool:
@@ -157,4 +141,4 @@ def _words(key: str) -> str:
     text = f"{stem} [{units[unit]}]" if stem and unit in units else key
     text = text.replace("_", " ")
     text = text[:1].upper() + text[1:]
-    return {"Iso": "ISO", "Cfa": "CFA", "Isos": "ISOs"}.get(text, text)
+    return {"Iso": "ISO", "Cfa": "CFA", "Xxh3 128": "XXH3-128"}.get(text, text)

@@ -64,7 +64,7 @@ def characterize(
         selection = selection_from(
             isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera, crop=crop
         )
-        options = Options(selection=selection, tile=tile, crop=selection.crop, workers=workers or os.cpu_count() or 1)
+        options = Options(selection=selection, tile=tile, workers=workers or os.cpu_count() or 1)
         if dry_run:
             findings = _show_plan(path, options, as_json=as_json)
         else:

@@ -21,6 +21,12 @@ _PLAIN: Final = (
         "Three-way analysis of variance over frames, rows, columns; Graybill-Wang intervals.",
         "METHOD 3.5",
     ),
+    (
+        "median-pixel",
+        "Median over pixels of the variance over frames, over that of chi-square: telegraph pixels do not move it.",
+        "METHOD 3.6",
+    ),
+    ("scatter-ratio", "Variance over pixels of the per-pixel variance, over that of normal noise.", "METHOD 3.6"),
     ("mean-slope", "Slope of the burst means of dark frames against exposure time.", "METHOD 4.1"),
     (
         "variance-slope",

@@ -59,6 +59,15 @@ READ_NOISE: Final = (
         signed_twin=True,
     ),
     Quantity(
+        name="read_noise_excess",
+        title="Scatter of the pixels' noise",
+        symbol="ε",
+        units=("1",),
+        definition="Scatter over pixels of their variances, over what normal noise of one size gives: 1 without tails.",
+        equation="ε = Var(v_ij)/(2σ⁴/(L−1))",
+        source="METHOD 3.6",
+    ),
+    Quantity(
         name="read_noise_pre",
         title="Read noise before the amplifier",
         symbol="σ_pre",

@@ -160,6 +160,25 @@ class PlaneStatistics:
         """Return the pixels of the plane."""
         return self.rows * self.columns
 
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Return frames, rows, columns: the layout of ``mean_squares``."""
+        return (self.frames, self.rows, self.columns)
+
+    @property
+    def mean_std_error(self) -> float | None:
+        """Return the standard error of ``mean`` from the scatter of the frame means; None for one frame [DN]."""
+        if self.frames < 2:
+            return None
+        return float(self.frame_means.std(ddof=1) / self.frames**0.5)
+
+    @property
+    def fixed_spread(self) -> float:
+        """Return the standard deviation over pixels of their levels, temporal noise removed; at least 0 [DN]."""
+        if self.frames < 2:
+            return 0.0
+        return max(self.spatial_variance - self.temporal_variance / self.frames, 0.0) ** 0.5
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeriesStatistics:

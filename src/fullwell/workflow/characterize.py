@@ -64,7 +64,7 @@ def characterize(
     check_target(out)
     _refuse_to_replace(path, out)
     started = time.monotonic()
-    results, groups, study = measure(path, options=options, progress=progress)
+    results, groups = measure(path, options=options, progress=progress)
     run = {
         "version": __version__,
         "command": list(sys.argv),
@@ -76,7 +76,7 @@ def characterize(
         "workers": options.workers,
     }
     results = replace(results, run=run)
-    write_results(results, out, pictures=take_pictures(study, groups))
+    write_results(results, out, pictures=take_pictures(groups))
     return results
 
 
@@ -87,10 +87,8 @@ def _refuse_to_replace(path: Path, out: Path) -> None:
         raise UsageError(f"{out} holds the study {path}, and results would replace it; name another folder with -o")
 
 
-def measure(
-    path: Path, *, options: Options, progress: Progress | None = None
-) -> tuple[Results, tuple[IsoBursts, ...], Study]:
-    """Measure a study without writing anything."""
+def measure(path: Path, *, options: Options, progress: Progress | None = None) -> tuple[Results, tuple[IsoBursts, ...]]:
+    """Measure a study without writing anything; the bursts come along for pictures."""
     study = load_study(path, options.selection)
     measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
     if not measured.series:
@@ -104,7 +102,7 @@ def measure(
     sections = [measure_iso(study, group) for group in groups]
     section = joined([*sections, measure_against_iso(study, groups, [row for one in sections for row in one.rows])])
     section = replace(section, findings=over_isos(zip(groups, sections, strict=True)))
-    return _results(study, options, tile, reduction, section), groups, study
+    return _results(study, options, tile, reduction, section), groups
 
 
 def default_tile(study: Study) -> int:
@@ -170,7 +168,7 @@ def _settings(options: Options, tile: int) -> Mapping[str, object]:
         "black_level": None if selection.black_level is None else list(selection.black_level),
         "white_level": selection.white_level,
         "tile": tile,
-        "crop": None if options.crop is None else list(options.crop),
+        "crop": None if selection.crop is None else list(selection.crop),
     }
 
 

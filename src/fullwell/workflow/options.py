@@ -17,8 +17,6 @@ class Options:
     tile
         Edge of a tile in pixels of a CFA plane; None is 64, or an eighth of the plane's shorter side where that is
         less, so that a smooth surface over a tile can follow the shading.
-    crop
-        x, y, width and height of the region to measure, in pixels of the visible mosaic; None is all of it.
     workers
         Threads; results never depend on their number.
     profile
@@ -30,7 +28,6 @@ class Options:
 
     selection: Selection = field(default_factory=Selection)
     tile: int | None = None
-    crop: tuple[int, int, int, int] | None = None
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
     profile: str | None = None
     legacy_black: str = "kept"

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError
-from fullwell.frames.series import Frame, Study
-from fullwell.raw.open import read_raw
+from fullwell.frames.series import Frame
+from fullwell.raw.open import decode
 from fullwell.report.pictures import DarkZoom, DifferencePicture, Pictures, RegionHistogram
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.read_noise import choose_burst
@@ -17,19 +17,19 @@ ZOOM = 64
 REGION = 128
 
 
-def take_pictures(study: Study, groups: Iterable[IsoBursts]) -> Pictures:
+def take_pictures(groups: Iterable[IsoBursts]) -> Pictures:
     """Read two unlit frames of the lowest ISO again: their difference, and a magnified corner of the first."""
     for group in groups:
         burst = choose_burst(group)
         if burst is not None:
-            return _pictures(study, group, burst)
+            return _pictures(group, burst)
     return Pictures()
 
 
-def _pictures(study: Study, group: IsoBursts, burst: Burst) -> Pictures:
+def _pictures(group: IsoBursts, burst: Burst) -> Pictures:
     frames = [frame for frame in burst.series.frames if frame.name in burst.statistics.frames][:2]
     try:
-        first, second = (_mosaic(study, frame) for frame in frames)
+        first, second = (_mosaic(frame) for frame in frames)
     except (RawFileError, OSError):
         return Pictures()
     difference = first - second
@@ -57,8 +57,8 @@ def _pictures(study: Study, group: IsoBursts, burst: Burst) -> Pictures:
     )
 
 
-def _mosaic(study: Study, frame: Frame) -> NDArray[np.int32]:
-    return read_raw(study.root / frame.name).mosaic.astype(np.int32)
+def _mosaic(frame: Frame) -> NDArray[np.int32]:
+    return decode(frame.header, frame.header.path.read_bytes()).astype(np.int32)
 
 
 def _start(size: int, edge: int) -> int:

@@ -8,9 +8,9 @@ import numpy as np
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.fit.amplification import AmplifierNoise, fit_amplifier_noise
 from fullwell.frames.series import Study
-from fullwell.units import DN, DN2, ELECTRON, Measured, square_root
+from fullwell.units import DN, DN2, ELECTRON
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
+from fullwell.workflow.measure.section import RECOMMENDED, RowWriter, Section, joined
 
 
 def measure_against_iso(study: Study, groups: Sequence[IsoBursts], rows: Iterable[Row]) -> Section:
@@ -66,23 +66,11 @@ def _channel(study: Study, channel: str, rows: Sequence[Row]) -> Section:
 
 
 def _split_rows(channel: str, fit: AmplifierNoise) -> tuple[Row, ...]:
-    flags = {RECOMMENDED, *({"model-misfit"} if fit.misfit else set[str]())}
-    rows: list[Row] = []
-    for quantity, variance in (("read_noise_pre", fit.pre_variance), ("read_noise_post", fit.post_variance)):
-        limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
-        rows += [
-            _row(quantity, channel, square_root(variance, DN), flags | limit),
-            _row(f"{quantity}_variance", channel, variance, flags),
-        ]
-    return tuple(rows)
-
-
-def _row(quantity: str, channel: str, measured: Measured, flags: set[str]) -> Row:
-    return Row(
-        quantity=quantity,
-        channel=channel,
-        method="amplification-fit",
-        measured=measured,
-        flags=tuple(sorted(flags)),
-        source="METHOD 3.7",
+    flags = ("model-misfit",) if fit.misfit else ()
+    write = RowWriter(bursts=None).root_and_variance
+    parts = (("read_noise_pre", fit.pre_variance), ("read_noise_post", fit.post_variance))
+    return tuple(
+        row
+        for quantity, variance in parts
+        for row in write(quantity, channel, "amplification-fit", variance, DN, source="METHOD 3.7", flags=flags)
     )

@@ -1,6 +1,5 @@
 """Dark current from burst means against exposure (METHOD 4)."""
 
-import math
 from collections.abc import Sequence
 
 from fullwell.figures.results import Column, Curve, Row
@@ -8,7 +7,7 @@ from fullwell.findings import Finding, Severity
 from fullwell.fit.dark import DarkLine
 from fullwell.fit.legacy import legacy_frame_slope
 from fullwell.units import DN
-from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import mean_dark_line
 from fullwell.workflow.measure.section import RowWriter, Section
 
@@ -89,7 +88,7 @@ def _curve(bursts: IsoBursts, channel: str, line: DarkLine) -> Curve:
             Column(name="kind", unit="", values=tuple(burst.kind.value for burst in unlit)),
             Column(name="exposure_s", unit="s", values=tuple(burst.exposure_s for burst in unlit)),
             Column(name="mean", unit=DN, values=tuple(burst.plane(channel).mean for burst in unlit)),
-            Column(name="std_error", unit=DN, values=tuple(_mean_error(burst, channel) for burst in unlit)),
+            Column(name="std_error", unit=DN, values=tuple(burst.plane(channel).mean_std_error for burst in unlit)),
             Column(
                 name="fitted",
                 unit=DN,
@@ -97,9 +96,3 @@ def _curve(bursts: IsoBursts, channel: str, line: DarkLine) -> Curve:
             ),
         ),
     )
-
-
-def _mean_error(burst: Burst, channel: str) -> float | None:
-    """Return the standard error of a burst mean from the scatter of its frames [DN]."""
-    means = burst.plane(channel).frame_means
-    return float(means.std(ddof=1) / math.sqrt(len(means))) if len(means) > 1 else None

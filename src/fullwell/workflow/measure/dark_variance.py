@@ -21,20 +21,21 @@ def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]
     rows: list[Row] = []
     apart: list[str] = []
     for channel in bursts.channels:
-        if (gain := system_gain.get(channel)) is None:
+        if (channel_gain := system_gain.get(channel)) is None:
             continue
         planes = [burst.plane(channel) for burst in unlit]
         slope = fit_dark_variance_slope(
             [burst.exposure_s for burst in unlit],
             [plane.temporal_variance for plane in planes],
             [_variance_dof(plane) for plane in planes],
-            system_gain=gain,
+            system_gain=channel_gain,
         )
         n = sum(plane.n * plane.frames for plane in planes)
         write = RowWriter(bursts=bursts).row
+        flags = ("model-misfit",) if slope.misfit else ()
         rows += [
-            write("dark_current", channel, "variance-slope", slope.dn, source="METHOD 4.3", n=n),
-            write("dark_current", channel, "variance-slope", slope.electrons, source="METHOD 4.3", n=n),
+            write("dark_current", channel, "variance-slope", measured, source="METHOD 4.3", n=n, flags=flags)
+            for measured in (slope.dn, slope.electrons)
         ]
         if slopes_disagree(mean_dark_line(unlit, (channel,)).slope, slope.dn):
             apart.append(channel)
@@ -45,7 +46,7 @@ def _variance_dof(plane: PlaneStatistics) -> float:
     """Return the effective degrees of freedom of a temporal variance, row and column noise counted."""
     measured = temporal_variance(
         plane.mean_squares,
-        (plane.frames, plane.rows, plane.columns),
+        plane.shape,
         pixel_scatter_dn4=plane.temporal_variance_scatter,
     )
     if not measured.std_error:

@@ -47,11 +47,12 @@ def measure_range(
     short: list[str] = []
     for level, transfer in zip(levels, transfers, strict=True):
         flats = _flats(bursts, transfer)
-        if level.black is None or transfer.system_gain is None or not flats:
+        system_gain = transfer.system_gain
+        if level.black is None or system_gain is None or not flats:
             continue
         peak, top = _saturation(level, flats)
         model = _noise_model(transfer, models)
-        rows += _saturation_rows(bursts, transfer, peak, top)
+        rows += _saturation_rows(bursts, level.channel, system_gain, peak, top)
         rows += _ratio_rows(bursts, transfer.channel, model, peak)
         curves.append(_snr_curve(bursts, transfer, model, peak))
         if "lower-bound" in peak.flags:
@@ -72,7 +73,7 @@ def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[S
     peak = temporal_variance_peak(
         signal, np.array([plane.temporal_variance for plane in planes]), clipped, ceiling_dn=ceiling_dn
     )
-    errors = np.array([plane.frame_means.std(ddof=1) / math.sqrt(plane.frames) for plane in planes])
+    errors = np.array([plane.mean_std_error or 0.0 for plane in planes])
     if "lower-bound" in peak.flags:
         peak = replace(peak, signal=Measured.exact(peak.signal.value, DN))
     return peak, plateau(signal, clipped, errors) if len(flats) > 1 else None
@@ -89,11 +90,8 @@ def _noise_model(transfer: ChannelTransfer, models: Sequence[ChannelModel]) -> N
 
 
 def _saturation_rows(
-    bursts: IsoBursts, transfer: ChannelTransfer, peak: SaturationLevel, top: SaturationLevel | None
+    bursts: IsoBursts, channel: str, system_gain: Measured, peak: SaturationLevel, top: SaturationLevel | None
 ) -> tuple[Row, ...]:
-    gain = transfer.system_gain
-    if gain is None:
-        return ()
     write = RowWriter(bursts=bursts).row
     rows: list[Row] = []
     for method, found, source in (("temporal-variance-peak", peak, "METHOD 7 (a)"), ("plateau", top, "METHOD 7 (b)")):
@@ -103,22 +101,22 @@ def _saturation_rows(
         rows += [
             write(
                 "saturation_capacity",
-                transfer.channel,
+                channel,
                 method,
                 measured,
                 source=source,
                 flags=found.flags,
                 recommended=recommended,
             )
-            for measured in (found.signal, _in_electrons(found, gain))
+            for measured in (found.signal, _in_electrons(found, system_gain))
         ]
     return tuple(rows)
 
 
-def _in_electrons(found: SaturationLevel, gain: Measured) -> Measured:
+def _in_electrons(found: SaturationLevel, system_gain: Measured) -> Measured:
     if found.signal.std_error is None:
-        return Measured.exact(found.signal.value / gain.value, ELECTRON)
-    return to_electrons(found.signal, gain)
+        return Measured.exact(found.signal.value / system_gain.value, ELECTRON)
+    return to_electrons(found.signal, system_gain)
 
 
 def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: SaturationLevel) -> tuple[Row, ...]:
@@ -170,10 +168,11 @@ def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio 
 
 
 def _snr_curve(bursts: IsoBursts, transfer: ChannelTransfer, model: NoiseModel, peak: SaturationLevel) -> Curve:
-    gain = float(model.coefficients[1])
+    system_gain = float(model.coefficients[1])
     highest = max(peak.signal.value, *(point.plane_signal_dn for point in transfer.points))
-    grid = np.geomspace(min(0.3 * gain, 0.1 * highest), highest, CURVE_POINTS)
-    measured = [point for point in transfer.points if point.admitted and point.signal_dn > grid[0]]
+    grid = np.geomspace(min(0.3 * system_gain, 0.1 * highest), highest, CURVE_POINTS)
+    grid = grid[np.polynomial.polynomial.polyval(grid, model.coefficients) > 0.0]
+    measured = [point for point in transfer.points if point.admitted and point.signal_dn > 0.1 * system_gain]
     signal = [*grid.tolist(), *(point.signal_dn for point in measured)]
     snr = [
         *snr_curve(grid, model.coefficients).tolist(),
@@ -186,7 +185,7 @@ def _snr_curve(bursts: IsoBursts, transfer: ChannelTransfer, model: NoiseModel, 
             Column(name="iso", unit=ONE, values=(bursts.iso,) * len(signal)),
             Column(name="channel", unit="", values=(transfer.channel,) * len(signal)),
             Column(name="signal", unit=DN, values=tuple(signal)),
-            Column(name="signal_e", unit=ELECTRON, values=tuple(one / gain for one in signal)),
+            Column(name="signal_e", unit=ELECTRON, values=tuple(one / system_gain for one in signal)),
             Column(name="snr", unit=ONE, values=tuple(snr)),
             Column(name="kind", unit="", values=tuple(kinds)),
         ),

@@ -102,7 +102,7 @@ def _mean_variances(plane: PlaneStatistics) -> tuple[Measured, Measured]:
     if plane.frames < 2:
         single = Measured.exact(plane.spatial_variance / plane.n, DN2)
         return single, single
-    variances = grand_mean_variance(plane.mean_squares, (plane.frames, plane.rows, plane.columns))
+    variances = grand_mean_variance(plane.mean_squares, plane.shape)
     total, temporal = variances.total, variances.temporal
     return replace(total, value=max(total.value, temporal.value)), temporal
 
@@ -160,7 +160,8 @@ def measure_levels(study: Study, bursts: IsoBursts) -> tuple[Section, tuple[Chan
                 piles_up=white.piles_up,
             )
         )
-    rows += _pooled_black(bursts, levels)
+    given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
+    rows += _pooled_black(bursts, levels, given=given)
     findings = (*_black_findings(bursts, decided), *_white_findings(bursts, whites))
     return Section(rows=tuple(rows), findings=findings), tuple(levels)
 
@@ -232,15 +233,17 @@ def _black_findings(bursts: IsoBursts, fused: Sequence[tuple[str, FusedLevel | N
     return tuple(findings)
 
 
-def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels]) -> tuple[Row, ...]:
+def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: bool) -> tuple[Row, ...]:
     known = [level.black for level in levels if level.black is not None]
     if len(levels) < 2 or len(known) < len(levels):
         return ()
     write = RowWriter(bursts=bursts).row
     pooled, p_value = pool_channels(known)
     identified = all(level.black_identified for level in levels)
-    measured = dark_frames_level(bursts.unlit, bursts.channels) if identified else None
+    measured = dark_frames_level(bursts.unlit, bursts.channels) if identified and not given else None
     flags = {"channels-differ"} if p_value < 0.01 else set[str]()
+    if given:
+        flags.add(USER)
     if not identified:
         flags.add("offset-not-identified")
     return (

@@ -1,7 +1,7 @@
 """The noise model: k_dark, k_shot and k_fpn from temporal and spatial variances together (METHOD 1.4)."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
 from fullwell.fit.photon_transfer import fit_burst_photon_transfer
 from fullwell.fit.pooling import pool_channels
-from fullwell.units import ONE, Measured, square_root
+from fullwell.units import ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
@@ -65,7 +65,8 @@ def measure_noise_coefficients(
         )
         models.append(model)
         fitted.append(ks)
-        rows += _rows(bursts, model, level, _variances(ks))
+        flags = _flags(misfit=model.misfit, identified=level.black_identified)
+        rows += _rows(bursts, level.channel, _variances(ks), n=model.n, flags=flags)
     rows += _pooled(bursts, levels, models, fitted)
     return Section(rows=tuple(rows)), tuple(models)
 
@@ -144,37 +145,24 @@ def _variances(ks: NoiseCoefficientFit) -> tuple[Measured, Measured, Measured]:
 
 
 def _rows(
-    bursts: IsoBursts, model: ChannelModel, level: ChannelLevels, variances: Sequence[Measured]
+    bursts: IsoBursts, channel: str, variances: Sequence[Measured], *, n: int, flags: Mapping[str, set[str]]
 ) -> tuple[Row, ...]:
-    flags = {"model-misfit"} if model.misfit else set[str]()
-    rows: list[Row] = []
-    write = RowWriter(bursts=bursts).row
-    for name, variance in zip(_NAMES, variances, strict=True):
-        own = {*flags, *({"offset-not-identified"} if name == "k_dark" and not level.black_identified else set[str]())}
-        limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
-        rows += [
-            write(
-                name,
-                model.channel,
-                METHOD,
-                square_root(variance, ONE),
-                source="METHOD 1.4",
-                n=model.n,
-                flags=own | limit,
-                recommended=True,
-            ),
-            write(
-                f"{name}_variance",
-                model.channel,
-                METHOD,
-                variance,
-                source="METHOD 1.4",
-                n=model.n,
-                flags=own,
-                recommended=True,
-            ),
-        ]
-    return tuple(rows)
+    write = RowWriter(bursts=bursts).root_and_variance
+    return tuple(
+        row
+        for name, variance in zip(_NAMES, variances, strict=True)
+        for row in write(name, channel, METHOD, variance, ONE, source="METHOD 1.4", n=n, flags=flags[name])
+    )
+
+
+def _flags(*, misfit: bool, identified: bool, differ: Collection[str] = ()) -> Mapping[str, set[str]]:
+    """Return the flags of each coefficient."""
+    flags = {name: {"model-misfit"} if misfit else set[str]() for name in _NAMES}
+    if not identified:
+        flags["k_dark"].add("offset-not-identified")
+    for name in differ:
+        flags[name].add("channels-differ")
+    return flags
 
 
 def _pooled(
@@ -189,19 +177,12 @@ def _pooled(
     pooled = [pool_channels(part) for part in zip(*(_variances(ks) for ks in fitted), strict=True)]
     if any(one.rounding_limited for one in models):
         pooled[0] = (_sharing_their_error([ks.k_dark_variance for ks in fitted]), pooled[0][1])
-    model = ChannelModel(
-        channel="all",
-        coefficients=models[0].coefficients,
-        covariance=models[0].covariance,
-        dof=None,
+    flags = _flags(
         misfit=any(one.misfit for one in models),
-        rounding_limited=any(one.rounding_limited for one in models),
-        n=sum(one.n for one in models),
+        identified=all(one.black_identified for one in levels),
+        differ=[name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < 0.01],
     )
-    level = min(levels, key=lambda one: one.black_identified)
-    rows = _rows(bursts, model, level, [measured for measured, _ in pooled])
-    differ = {name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < 0.01}
-    return tuple(_marked(row) if row.quantity.removesuffix("_variance") in differ else row for row in rows)
+    return _rows(bursts, "all", [measured for measured, _ in pooled], n=sum(one.n for one in models), flags=flags)
 
 
 def _sharing_their_error(measurements: Sequence[Measured]) -> Measured:
@@ -209,7 +190,3 @@ def _sharing_their_error(measurements: Sequence[Measured]) -> Measured:
     value = sum(one.value for one in measurements) / len(measurements)
     error = sum(one.std_error or 0.0 for one in measurements) / len(measurements)
     return Measured.normal(value, error, measurements[0].unit)
-
-
-def _marked(row: Row) -> Row:
-    return replace(row, flags=tuple(sorted({*row.flags, "channels-differ"})))

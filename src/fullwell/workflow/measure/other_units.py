@@ -35,9 +35,9 @@ def rows_in_electrons(rows: Iterable[Row], system_gain: Mapping[str, Measured]) 
     """
     converted: list[Row] = []
     for row in rows:
-        gain = system_gain.get(row.channel)
-        if gain is not None and row.quantity in _INPUT_REFERRED:
-            measured = to_electrons(row.measured, gain)
+        channel_gain = system_gain.get(row.channel)
+        if channel_gain is not None and row.quantity in _INPUT_REFERRED:
+            measured = to_electrons(row.measured, channel_gain)
             converted.append(replace(row, measured=measured, source=f"{row.source}; METHOD 0"))
     return Section(rows=tuple(converted))
 

@@ -8,18 +8,18 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.censored import fit_censored_normal, is_clipped_low, trim_hot_pixels
 from fullwell.fit.legacy import legacy_read_noise
-from fullwell.fit.read_noise import ReadNoise, analogue_read_noise
+from fullwell.fit.median_pixel import median_pixel_variance
+from fullwell.fit.read_noise import ReadNoise, analogue_read_noise, excess_ratio
 from fullwell.fit.variance_components import temporal_variance, variance_components
 from fullwell.frames.series import Study
 from fullwell.statistics.series import LegacyBurst, PlaneStatistics
-from fullwell.units import DN, DN2, Measured, square_root
+from fullwell.units import DN, DN2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import declared_black
 from fullwell.workflow.measure.rounding import rounding_error_dn2
 from fullwell.workflow.measure.section import RowWriter, Section
 
 READ_NOISE = "read_noise"
-ROW_AND_COLUMN = (("read_noise_row", "tv"), ("read_noise_column", "th"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +71,7 @@ def measure_read_noise(study: Study, bursts: IsoBursts) -> Section:
         noises.append(noise)
         rows += noise_rows(bursts, noise)
         if "black-clipped" not in noise.flags:
+            rows += _tail_rows(bursts, plane)
             rows += _component_rows(bursts, plane)
         rows += _legacy_rows(bursts, plane.channel, plane.legacy, noise.flags)
     rows += _whole_mosaic_rows(bursts, burst, noises)
@@ -111,63 +112,49 @@ def _channel_noise(plane: PlaneStatistics, declared_dn: float | None) -> Channel
 def _analogue(plane: PlaneStatistics) -> ReadNoise:
     total = temporal_variance(
         plane.mean_squares,
-        (plane.frames, plane.rows, plane.columns),
+        plane.shape,
         pixel_scatter_dn4=plane.temporal_variance_scatter,
     )
-    fixed = plane.spatial_variance - plane.temporal_variance / plane.frames
-    return analogue_read_noise(total, spatial_spread_dn=math.sqrt(max(fixed, 0.0)))
+    return analogue_read_noise(total, spatial_spread_dn=plane.fixed_spread)
 
 
 def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
     """Return the read noise of one channel and its signed variance twin."""
+    return RowWriter(bursts=bursts).root_and_variance(
+        READ_NOISE,
+        noise.channel,
+        noise.method,
+        noise.variance,
+        DN,
+        source=noise.source,
+        n=noise.n,
+        flags=[flag for flag in noise.flags if flag != "upper-limit"],
+    )
+
+
+def _tail_rows(bursts: IsoBursts, plane: PlaneStatistics) -> tuple[Row, ...]:
+    """Return the noise of the median pixel, and how far the pixels scatter beyond normal noise (METHOD 3.6)."""
+    median = median_pixel_variance(plane.temporal_variance_median, frames=plane.frames, pixels=plane.n)
+    typical = analogue_read_noise(median, spatial_spread_dn=plane.fixed_spread)
+    excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row
-    flags = {*noise.flags, *({"upper-limit"} if noise.variance.value <= 0.0 else set[str]())}
+    n = plane.n * plane.frames
     return (
-        write(
-            READ_NOISE,
-            noise.channel,
-            noise.method,
-            square_root(noise.variance, DN),
-            source=noise.source,
-            n=noise.n,
-            flags=flags,
-            recommended=True,
-        ),
-        write(
-            "read_noise_variance",
-            noise.channel,
-            noise.method,
-            noise.variance,
-            source=noise.source,
-            n=noise.n,
-            flags=noise.flags,
-            recommended=True,
-        ),
+        write(READ_NOISE, plane.channel, "median-pixel", typical.noise, source="METHOD 3.6", n=n, flags=typical.flags),
+        write("read_noise_excess", plane.channel, "scatter-ratio", excess, source="METHOD 3.6", n=n, recommended=True),
     )
 
 
 def _component_rows(bursts: IsoBursts, plane: PlaneStatistics) -> tuple[Row, ...]:
-    components = variance_components(plane.mean_squares, (plane.frames, plane.rows, plane.columns))
-    rows: list[Row] = []
-    write = RowWriter(bursts=bursts).row
+    components = variance_components(plane.mean_squares, plane.shape)
+    write = RowWriter(bursts=bursts).root_and_variance
     n = plane.n * plane.frames
-    for quantity, part in ROW_AND_COLUMN:
-        variance = components.tv if part == "tv" else components.th
-        flags = ("upper-limit",) if variance.value <= 0.0 else ()
-        rows += [
-            write(
-                quantity,
-                plane.channel,
-                "anova",
-                square_root(variance, DN),
-                source="METHOD 3.5",
-                n=n,
-                flags=flags,
-                recommended=True,
-            ),
-            write(f"{quantity}_variance", plane.channel, "anova", variance, source="METHOD 3.5", n=n, recommended=True),
-        ]
-    return tuple(rows)
+    parts = (("read_noise_row", components.tv), ("read_noise_column", components.th))
+    return tuple(
+        row
+        for quantity, variance in parts
+        for row in write(quantity, plane.channel, "anova", variance, DN, source="METHOD 3.5", n=n)
+    )
 
 
 def _legacy_rows(bursts: IsoBursts, channel: str, legacy: LegacyBurst | None, flags: Sequence[str]) -> tuple[Row, ...]:

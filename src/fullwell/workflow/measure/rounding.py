@@ -11,8 +11,7 @@ def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float) -> float:
 
     Noise above about half a code, or levels that differ by as much between pixels, leave nothing of it (METHOD 3.3).
     """
-    spread_dn = math.sqrt(max(plane.spatial_variance - plane.temporal_variance / plane.frames, 0.0))
-    return phase_effect(unrounded_noise(variance_dn2), spread=spread_dn) / math.sqrt(2.0)
+    return phase_effect(unrounded_noise(variance_dn2), spread=plane.fixed_spread) / math.sqrt(2.0)
 
 
 def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> float:

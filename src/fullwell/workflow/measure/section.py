@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from fullwell.figures.results import Curve, Row
 from fullwell.findings import Finding
-from fullwell.units import Measured
+from fullwell.units import Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
 
 RECOMMENDED = "recommended"
@@ -66,9 +66,9 @@ def _merged(curves: Iterable[Curve]) -> tuple[Curve, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowWriter:
-    """Writes rows that belong to one ISO."""
+    """Writes rows that belong to one ISO, or to all of them where ``bursts`` is None."""
 
-    bursts: IsoBursts
+    bursts: IsoBursts | None
 
     def row(
         self,
@@ -92,10 +92,33 @@ class RowWriter:
             method=method,
             measured=measured,
             n=n,
-            iso=self.bursts.iso,
+            iso=None if self.bursts is None else self.bursts.iso,
             exposure_s=exposure_s,
-            temperature_c=self.bursts.temperature_c,
+            temperature_c=None if self.bursts is None else self.bursts.temperature_c,
             snr_threshold=snr_threshold,
             flags=tuple(sorted(every)),
             source=source,
+        )
+
+    def root_and_variance(
+        self,
+        quantity: str,
+        channel: str,
+        method: str,
+        variance: Measured,
+        unit: str,
+        *,
+        source: str,
+        n: int | None = None,
+        flags: Iterable[str] = (),
+    ) -> tuple[Row, Row]:
+        """Return the recommended row of a square root, and its signed twin in the squared unit (RESULTS 2)."""
+        own = set(flags)
+        limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
+        root = square_root(variance, unit)
+        return (
+            self.row(quantity, channel, method, root, source=source, n=n, flags=own | limit, recommended=True),
+            self.row(
+                f"{quantity}_variance", channel, method, variance, source=source, n=n, flags=own, recommended=True
+            ),
         )

@@ -69,8 +69,8 @@ def deviations(points: Sequence[TransferPoint]) -> list[tuple[float, float]]:
     reference = float(np.median([rates[i] for i in longer]))
     found: list[tuple[float, float]] = []
     for point, rate in zip(points, rates, strict=True):
-        means = point.burst.plane(point.channel).frame_means
-        error = float(means.std(ddof=1) / math.sqrt(len(means))) if len(means) > 1 else math.inf
+        error = point.burst.plane(point.channel).mean_std_error
+        error = math.inf if error is None else error
         found.append((rate / reference - 1.0, error / point.plane_signal_dn))
     return found
 

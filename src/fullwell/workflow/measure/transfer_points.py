@@ -90,7 +90,7 @@ def correlation_inflation(plane: PlaneStatistics, variance_dn2: float) -> float:
         Temporal variance of the point in question [DN^2].
 
     """
-    parts = variance_components(plane.mean_squares, (plane.frames, plane.rows, plane.columns))
+    parts = variance_components(plane.mean_squares, plane.shape)
     row_share = max(parts.tv.value, 0.0) / variance_dn2
     column_share = max(parts.th.value, 0.0) / variance_dn2
     return 1.0 + (plane.columns - 1) * row_share**2 + (plane.rows - 1) * column_share**2

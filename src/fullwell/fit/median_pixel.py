@@ -1,0 +1,40 @@
+"""The read noise of a typical pixel: the median over pixels, which a few telegraph pixels do not move (METHOD 3.6)."""
+
+import math
+
+from scipy.stats import chi2
+
+from fullwell.units import DN2, Measured
+
+
+def median_pixel_variance(median_dn2: float, *, frames: int, pixels: int) -> Measured:
+    """Return the temporal variance of the median pixel from the median over pixels of the variance over frames.
+
+    Parameters
+    ----------
+    median_dn2
+        Median over the pixels of the unbiased variance over ``frames`` frames [DN^2].
+    frames
+        L, at least two: for normal noise the median is that of chi-square with L - 1 degrees of freedom over L - 1.
+    pixels
+        How many.
+
+    Returns
+    -------
+    Measured
+        Its error is that of a sample median, and the grain of variances of whole codes, multiples of 1 / (L (L - 1)),
+        as a uniform law [DN^2].
+
+    Examples
+    --------
+    >>> round(median_pixel_variance(0.83917, frames=5, pixels=1_000_000).value, 3)
+    1.0
+
+    """
+    dof = frames - 1
+    ratio = float(chi2.median(dof)) / dof
+    value = median_dn2 / ratio
+    density = float(chi2.pdf(chi2.median(dof), dof)) * dof
+    sampling = value / ratio / (2.0 * density * math.sqrt(pixels))
+    grain = 2.0 / (frames * dof) / ratio / math.sqrt(12.0)
+    return Measured.normal(value, math.hypot(sampling, grain), DN2)

@@ -25,6 +25,8 @@ ELECTRON_PER_SECOND: Final = "e-/s"
 VOLT_PER_SECOND: Final = "V/s"
 
 _NORMAL_975: Final = 1.959963984540054
+_MANY_DOF: Final = 1e4
+"""Degrees of freedom above which the normal holds."""
 
 
 def student_975(dof: float | None) -> float:
@@ -34,6 +36,32 @@ def student_975(dof: float | None) -> float:
     from scipy.special import stdtrit  # noqa: PLC0415 - `fullwell --help` must not load SciPy
 
     return float(stdtrit(dof, 0.975))
+
+
+def combined_dof(*parts: tuple[float, float | None]) -> float | None:
+    """Return the degrees of freedom of a sum of independent errors (Welch and Satterthwaite).
+
+    Parameters
+    ----------
+    *parts
+        Standard error and degrees of freedom (None or infinity: many) of each part.
+
+    Returns
+    -------
+    float or None
+        None where they are so many, above 10^4, that the normal holds.
+
+    Examples
+    --------
+    >>> combined_dof((1.0, 4.0), (0.0, None))
+    4.0
+    >>> combined_dof((1.0, None), (1.0, None)) is None
+    True
+
+    """
+    total = sum(error**2 for error, _ in parts)
+    doubt = sum(error**4 / dof for error, dof in parts if dof is not None)
+    return None if doubt * _MANY_DOF < total**2 or doubt == 0.0 else total**2 / doubt
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

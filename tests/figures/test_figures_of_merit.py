@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from fullwell.figures.conversions import combined_dof, to_electrons, to_volts
+from fullwell.figures.conversions import to_electrons, to_volts
 from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.ratios import ratio
 from fullwell.figures.saturation import last_consistent_level, plateau, temporal_variance_peak
 from fullwell.figures.snr import snr_curve, snr_maximum
-from fullwell.units import DN, DN2, DN_PER_ELECTRON, DN_PER_SECOND, VOLT, Measured, square_root
+from fullwell.units import DN, DN2, DN_PER_ELECTRON, DN_PER_SECOND, VOLT, Measured, combined_dof, square_root
 
 A6000 = np.array([1.672e-4, 5.554e-3, 5.477e-3]) ** 2
 NO_ERROR = np.zeros((3, 3))
@@ -21,9 +21,9 @@ def test_conversion_errors_follow_student():
     rng = np.random.default_rng(70)
     sets, pulls, covered = 4000, [], []
     for _ in range(sets):
-        noise_error, gain_error = 0.05 * np.sqrt(rng.chisquare(5) / 5), 0.005 * np.sqrt(rng.chisquare(8) / 8)
+        noise_error, system_gain_error = 0.05 * np.sqrt(rng.chisquare(5) / 5), 0.005 * np.sqrt(rng.chisquare(8) / 8)
         noise = Measured.student(rng.normal(2.0, 0.05), noise_error, 5.0, DN)
-        system_gain = Measured.student(rng.normal(0.5, 0.005), gain_error, 8.0, DN_PER_ELECTRON)
+        system_gain = Measured.student(rng.normal(0.5, 0.005), system_gain_error, 8.0, DN_PER_ELECTRON)
         electrons = to_electrons(noise, system_gain)
         pulls.append((electrons.value - 4.0) / electrons.std_error)
         covered.append(electrons.ci95[0] <= 4.0 <= electrons.ci95[1])

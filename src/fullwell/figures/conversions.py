@@ -17,12 +17,12 @@ from fullwell.units import (
     VOLT,
     VOLT_PER_SECOND,
     Measured,
+    combined_dof,
     student_975,
 )
 
 _ELECTRON_UNITS: Final = ((DN, ELECTRON, 1), (DN2, ELECTRON2, 2), (DN_PER_SECOND, ELECTRON_PER_SECOND, 1))
 _VOLT_UNITS: Final = ((DN, VOLT, 1), (DN2, "V^2", 2), (DN_PER_SECOND, VOLT_PER_SECOND, 1))
-_MANY: Final = 1e4
 
 
 def to_electrons(measured_dn: Measured, system_gain: Measured) -> Measured:
@@ -39,12 +39,12 @@ def to_electrons(measured_dn: Measured, system_gain: Measured) -> Measured:
     -------
     Measured
         Relative errors added in squares, their degrees of freedom combined by Welch and Satterthwaite. An interval that
-        was asymmetric stays so: the reach to either side is combined with that of the gain (MOVER).
+        was asymmetric stays so: the reach to either side is combined with that of the system gain (MOVER).
 
     Raises
     ------
     ValueError
-        Where the gain is not positive, or the unit is not one in DN.
+        Where the system gain is not positive, or the unit is not one in DN.
 
     """
     unit, power = _converted(measured_dn.unit, _ELECTRON_UNITS)
@@ -80,29 +80,6 @@ def to_volts(measured_dn: Measured, volts_per_dn: float) -> Measured:
     """
     unit, power = _converted(measured_dn.unit, _VOLT_UNITS)
     return measured_dn.scaled(volts_per_dn**power, unit)
-
-
-def combined_dof(*parts: tuple[float, float | None]) -> float | None:
-    """Return the Welch-Satterthwaite degrees of freedom of a sum of independent errors.
-
-    Parameters
-    ----------
-    *parts
-        Standard error and degrees of freedom (None: many) of each part.
-
-    Examples
-    --------
-    >>> combined_dof((1.0, 4.0), (0.0, None))
-    4.0
-    >>> combined_dof((1.0, None), (1.0, None)) is None
-    True
-
-    """
-    total = sum(error**2 for error, _ in parts)
-    doubt = sum(error**4 / dof for error, dof in parts if dof is not None)
-    if doubt <= 0.0 or total**2 / doubt > _MANY:
-        return None
-    return total**2 / doubt
 
 
 def _converted(unit: str, table: tuple[tuple[str, str, int], ...]) -> tuple[str, int]:

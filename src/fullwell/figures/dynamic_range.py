@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fullwell.figures.conversions import combined_dof
 from fullwell.figures.ratios import Ratio, ratio
 from fullwell.fit.gamma_likelihood import Array
 from fullwell.model.photon_transfer import signal_at_snr, signal_at_snr_gradient
-from fullwell.units import DN, Measured
+from fullwell.units import DN, Measured, combined_dof
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

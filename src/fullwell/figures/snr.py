@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fullwell.figures.conversions import combined_dof
 from fullwell.figures.ratios import Ratio, ratio
 from fullwell.fit.gamma_likelihood import Array
 from fullwell.model.photon_transfer import noise_variance, signal_to_noise
-from fullwell.units import Measured
+from fullwell.units import Measured, combined_dof
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from scipy.special import fdtrc
 from fullwell.fit.gamma_likelihood import Array
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.solvers import levenberg_marquardt
-from fullwell.units import DN, DN_PER_SECOND, ELECTRON_PER_SECOND, Measured, student_975
+from fullwell.units import DN, DN_PER_SECOND, ELECTRON_PER_SECOND, Measured, combined_dof, student_975
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,11 +163,9 @@ def fit_dark_line(
         return _dark_line((intercept, slope), None, None, time, residuals)
     known = np.broadcast_to(np.asarray(mean_std_error_dn, np.float64), time.shape)
     covariance = np.asarray((projection * known**2) @ projection.T, np.float64)
-    parts = (projection[1] * known) ** 2
-    doubt = 0.0 if mean_dof is None else float(np.sum(parts**2 / np.asarray(mean_dof, np.float64)))
-    return _dark_line(
-        (intercept, slope), covariance, float(parts.sum()) ** 2 / doubt if doubt > 0.0 else None, time, residuals
-    )
+    known_dof = np.broadcast_to(np.asarray(math.inf if mean_dof is None else mean_dof, np.float64), time.shape)
+    slope_dof = combined_dof(*zip((projection[1] * known).tolist(), known_dof.tolist(), strict=True))
+    return _dark_line((intercept, slope), covariance, slope_dof, time, residuals)
 
 
 def burst_effect(exposure_s: ArrayLike, frame_means_dn: Sequence[Array]) -> BurstEffect:

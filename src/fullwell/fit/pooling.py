@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from scipy.special import fdtrc
 
-from fullwell.units import Measured
+from fullwell.units import Measured, combined_dof
 
 _FEW: Final = 8.0
 """Degrees of freedom below which an error is too uncertain to weight by."""
@@ -61,10 +61,12 @@ def weighted_mean(measurements: Sequence[Measured]) -> WeightedMean:
     mean = float(share @ value)
     q = float(weight @ (value - mean) ** 2)
     meier = 1.0 + 4.0 * float(np.sum(share * (1.0 - share) / dof))
-    doubt = float(np.sum(share**2 / dof))
     return WeightedMean(
         measured=Measured.student(
-            mean, math.sqrt(meier / float(weight.sum())), None if doubt < 1e-4 else 1.0 / doubt, unit
+            mean,
+            math.sqrt(meier / float(weight.sum())),
+            combined_dof(*zip((share * error).tolist(), dof.tolist(), strict=True)),
+            unit,
         ),
         q=q,
         q_dof=len(measurements) - 1,
@@ -102,14 +104,10 @@ def pool_channels(measurements: Sequence[Measured]) -> tuple[Measured, float]:
 
 def equal_mean(measurements: Sequence[Measured]) -> Measured:
     """Return the plain mean of independent measurements with standard errors; Welch-Satterthwaite dof."""
-    variance = np.array([(measured.std_error or 0.0) ** 2 for measured in measurements])
-    dof = np.array([math.inf if measured.dof is None else measured.dof for measured in measurements])
-    total = float(variance.sum())
-    doubt = float(np.sum(variance**2 / dof)) / total**2 if total > 0.0 else 0.0
+    parts = [(measured.std_error or 0.0, measured.dof) for measured in measurements]
     mean = float(np.mean([measured.value for measured in measurements]))
-    return Measured.student(
-        mean, math.sqrt(total) / len(measurements), None if doubt < 1e-4 else 1.0 / doubt, measurements[0].unit
-    )
+    error = math.hypot(*(error for error, _ in parts)) / len(measurements)
+    return Measured.student(mean, error, combined_dof(*parts), measurements[0].unit)
 
 
 def _welch_p(q: float, share: np.ndarray, dof: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from scipy.special import chdtri, fdtrc
 
 from fullwell.fit.gamma_likelihood import Array
 from fullwell.statistics.series import MeanSquares
-from fullwell.units import DN2, Measured
+from fullwell.units import DN2, Measured, combined_dof
 
 EFFECTS: Final = ("t", "v", "h", "tv", "th", "vh", "tvh")
 MANY: Final = 1e4
@@ -207,11 +207,9 @@ def combined(
     dof = np.array([every[effect] for effect in combination], dtype=np.float64)
     part = factor * square
     value = float(part.sum())
-    variances = 2.0 * part**2 / dof
-    variance = float(variances.sum())
-    std_error = float(np.sqrt(variance))
-    effective = variance**2 / float(np.sum(variances**2 / dof)) if variance > 0.0 else np.inf
-    known = None if effective > MANY else effective
+    errors = np.abs(part) * np.sqrt(2.0 / dof)
+    std_error = float(np.sqrt(np.sum(errors**2)))
+    known = combined_dof(*zip(errors.tolist(), dof.tolist(), strict=True))
     if not modified_interval:
         return Measured.student(value, std_error, known, DN2)
     return Measured(value=value, unit=DN2, std_error=std_error, dof=known, ci95=_modified_interval(part, dof))

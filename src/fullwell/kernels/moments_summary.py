@@ -16,6 +16,7 @@ from fullwell.kernels.moments import Band, Stack, add_four, add_one
 
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
+_BLOCK = 512
 
 
 class Maps(NamedTuple):
@@ -224,6 +225,8 @@ def sum_maps(maps: Maps, cell: int) -> tuple[NDArray[np.uint64], NDArray[np.uint
 def map_rows(stack: Stack, rows: tuple[int, int], mean: NDArray[np.float32], variance: NDArray[np.float32]) -> None:
     """Write mean and unbiased variance over frames of some rows, from the first to one past the last.
 
+    Rows go by blocks that stay in the nearest cache.
+
     Parameters
     ----------
     stack
@@ -235,27 +238,31 @@ def map_rows(stack: Stack, rows: tuple[int, int], mean: NDArray[np.float32], var
 
     """
     width, count = stack.width, stack.starts.size
-    codes, squares = np.empty(width, np.uint32), np.empty(width, np.uint64)
-    spread = np.empty(width, np.uint64)
     share = 1.0 / count
     scale = 1.0 / (count * (count - 1)) if count > 1 else np.nan
     fours = count - count % 4
+    whole_codes, whole_squares = np.empty(_BLOCK, np.uint32), np.empty(_BLOCK, np.uint64)
+    whole_spread = np.empty(_BLOCK, np.uint64)
     for row in range(rows[0], rows[1]):
-        codes[:] = 0
-        squares[:] = 0
-        at = stack.starts + row * width
-        for f in range(0, fours, 4):
-            x = (
-                stack.codes[at[f] : at[f] + width],
-                stack.codes[at[f + 1] : at[f + 1] + width],
-                stack.codes[at[f + 2] : at[f + 2] + width],
-                stack.codes[at[f + 3] : at[f + 3] + width],
-            )
-            add_four(x, codes, squares)
-        for f in range(fours, count):
-            add_one(stack.codes[at[f] : at[f] + width], codes, squares)
-        _spread(codes, squares, count, spread)
-        mean_row, variance_row = mean[row], variance[row]
-        for c in range(width):
-            mean_row[c] = np.float32(np.float64(codes[c]) * share)
-            variance_row[c] = np.float32(np.float64(spread[c]) * scale)
+        for left in range(0, width, _BLOCK):
+            n = min(_BLOCK, width - left)
+            codes, squares, spread = whole_codes[:n], whole_squares[:n], whole_spread[:n]
+            codes[:] = 0
+            squares[:] = 0
+            at = stack.starts + (row * width + left)
+            for f in range(0, fours, 4):
+                x = (
+                    stack.codes[at[f] : at[f] + n],
+                    stack.codes[at[f + 1] : at[f + 1] + n],
+                    stack.codes[at[f + 2] : at[f + 2] + n],
+                    stack.codes[at[f + 3] : at[f + 3] + n],
+                )
+                add_four(x, codes, squares)
+            for f in range(fours, count):
+                add_one(stack.codes[at[f] : at[f] + n], codes, squares)
+            _spread(codes, squares, count, spread)
+            mean_block, variance_block = mean[row, left : left + n], variance[row, left : left + n]
+            for c in range(n):
+                mean_block[c] = np.float32(np.float64(codes[c]) * share)
+            for c in range(n):
+                variance_block[c] = np.float32(np.float64(spread[c]) * scale)

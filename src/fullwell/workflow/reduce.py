@@ -1,12 +1,13 @@
 """A study's frames become statistics: each file is read once, by any number of threads, in bounded memory.
 
 A worker takes a few frames of a series, reads, hashes and decodes them, and adds them to the series' moments a row of
-tiles at a time. The first five good frames of a series by name are added before any other: they are the burst that the
+tiles at a time. The first five frames of a series by name are added before any other: they are the burst that the
 published read-noise flows need (METHOD 3.2). Everything else may come in any order, because moments merge exactly; so
-the results are the same for any number of workers.
+the results are the same for any number of workers. Only where one of those five is damaged are the first five good ones
+read a second time.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from threading import Event
 from typing import Final
@@ -17,9 +18,9 @@ from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
 from fullwell.raw.cfa import shifted
 from fullwell.raw.image import Area
-from fullwell.statistics.burst import LEGACY_FRAMES, burst_sums
+from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
-from fullwell.statistics.moments import Layout
+from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.workflow.executor import Progress, run_threads
 from fullwell.workflow.schedule import OpenSeries, Schedule
@@ -155,38 +156,37 @@ class _Reducer:
         while (task := self._schedule.take(stop)) is not None:
             opened, first = task
             if first:
-                every = opened.series.kind in {Kind.DARK, Kind.BIAS}
-                self._schedule.begin(opened, self._layout, every_histogram=every)
-                self._add_burst(opened, slots, stop)
+                self._add_first(opened, slots, stop)
             else:
                 self._add_some(opened, slots, stop, first_band=first_band)
             if self._schedule.give_back(opened) and not stop.is_set():
-                self._finish(opened)
+                self._finish(opened, slots)
         self._hashes.update(slots.hashes)
 
-    def _add_burst(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:
-        """Add the first good frames by name before any other thread adds, and keep their sums."""
-        wanted = LEGACY_FRAMES
-        while wanted and not stop.is_set():
-            slots.clear()
-            while len(slots.names) < wanted and not slots.full and not stop.is_set():
-                if (frame := self._schedule.next_frame(opened)) is None:
-                    break
-                self._read(frame, slots)
-            wanted = wanted - len(slots.names) if slots.full else 0
-            if not wanted:
-                self._schedule.share(opened)
-            if slots.names:
+    def _add_first(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:
+        """Add the first frames of a series before any other, and keep their sums where more are to come."""
+        every = opened.series.kind in {Kind.DARK, Kind.BIAS}
+        self._schedule.begin(opened, self._layout, every_histogram=every)
+        slots.clear()
+        for frame in opened.first:
+            if stop.is_set():
+                return
+            if slots.full:
                 opened.moments.add(slots.names, slots.stack())
-        if len(opened.series.frames) > LEGACY_FRAMES and opened.moments.names:
+                slots.clear()
+            self._read(frame, slots)
+        opened.moments.add(slots.names, slots.stack())
+        if len(opened.series.frames) > LEGACY_FRAMES == len(opened.moments.names):
             opened.bursts = burst_sums(opened.moments)
         opened.begun.set()
 
     def _add_some(self, opened: OpenSeries, slots: Slots, stop: Event, *, first_band: int) -> None:
-        """Add some frames of a series whose first ones are being added or have been."""
+        """Add some of the other frames of a series; while the first ones are not there yet, read on."""
         slots.clear()
         most = self._schedule.fair_share(opened, most=self._slots)
-        while len(slots.names) < most and not stop.is_set() and (frame := self._schedule.next_frame(opened)):
+        while not (slots.full or stop.is_set()) and (len(slots.names) < most or not opened.begun.is_set()):
+            if (frame := self._schedule.next_frame(opened)) is None:
+                break
             self._read(frame, slots)
         if slots.names and self._schedule.wait_for_burst(opened, stop):
             opened.moments.add(slots.names, slots.stack(), first_band=first_band)
@@ -205,11 +205,24 @@ class _Reducer:
         if self._progress is not None:
             self._progress.advance()
 
-    def _finish(self, opened: OpenSeries) -> None:
+    def _finish(self, opened: OpenSeries, slots: Slots) -> None:
         """Turn the complete moments of a series into statistics and let their maps go."""
-        if opened.moments.names:
+        names = opened.moments.names
+        if len(names) > LEGACY_FRAMES and opened.bursts is None:
+            opened.bursts = self._burst_again(opened, names[:LEGACY_FRAMES], slots)
+        if names:
             self._statistics[opened.series.key] = finalize(opened.moments, bursts=opened.bursts)
         self._schedule.close(opened)
+
+    def _burst_again(self, opened: OpenSeries, names: Sequence[str], slots: Slots) -> tuple[BurstSums, ...]:
+        """Read the first good frames of a series once more, where some of the first were damaged."""
+        moments = Moments(self._layout)
+        for frame in opened.series.frames:
+            if frame.name in names:
+                slots.clear()
+                slots.read(frame)
+                moments.add(slots.names, slots.stack())
+        return burst_sums(moments)
 
     def reduction(self, series: Iterable[Series]) -> Reduction:
         """Return what was found, in an order that does not depend on the threads."""

@@ -5,13 +5,16 @@ from collections.abc import Sequence
 from threading import Condition, Event
 
 from fullwell.frames.series import Frame, Series
-from fullwell.statistics.burst import BurstSums
+from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.workflow.executor import POLL_S
 
 
 class OpenSeries:
     """A series that is being reduced.
+
+    Its first five frames by name belong to the thread that opens it; the others are anybody's, who may read them at
+    once but adds them after the first ones (``begun``).
 
     Parameters
     ----------
@@ -21,9 +24,10 @@ class OpenSeries:
     """
 
     def __init__(self, series: Series) -> None:
+        frames = sorted(series.frames, key=lambda frame: frame.name)
         self.series = series
-        self.pending = deque(sorted(series.frames, key=lambda frame: frame.name))
-        self.shared = False
+        self.first = frames[:LEGACY_FRAMES]
+        self.rest = deque(frames[LEGACY_FRAMES:])
         self.busy = 0
         self.begun = Event()
         self.bursts: tuple[BurstSums, ...] | None = None
@@ -73,7 +77,7 @@ class Schedule:
         with self._changed:
             while not stop.is_set():
                 for opened in self._open:
-                    if opened.shared and opened.pending:
+                    if opened.rest:
                         opened.busy += 1
                         return opened, False
                 if self._waiting and len(self._open) < self._most_open:
@@ -81,24 +85,18 @@ class Schedule:
                     opened.busy += 1
                     self._open.append(opened)
                     return opened, True
-                if not self._waiting and not any(opened.pending for opened in self._open):
+                if not self._waiting and not any(opened.rest for opened in self._open):
                     return None
                 self._changed.wait(POLL_S)
         return None
 
     def next_frame(self, opened: OpenSeries) -> Frame | None:
-        """Return the next frame by name, or None when all are taken."""
+        """Return the next of the frames that are anybody's, or None when all are taken."""
         with self._changed:
-            return opened.pending.popleft() if opened.pending else None
-
-    def share(self, opened: OpenSeries) -> None:
-        """Let other threads read the rest of a series; they wait for its first frames before they add theirs."""
-        with self._changed:
-            opened.shared = True
-            self._changed.notify_all()
+            return opened.rest.popleft() if opened.rest else None
 
     def wait_for_burst(self, opened: OpenSeries, stop: Event) -> bool:
-        """Return True once the first frames have been added, False where all shall stop."""
+        """Return True once the first frames of a series have been added, False where all shall stop."""
         while not stop.is_set():
             if opened.begun.wait(POLL_S):
                 return True
@@ -107,24 +105,21 @@ class Schedule:
     def fair_share(self, opened: OpenSeries, *, most: int) -> int:
         """Return how many frames to take at once: many while there are many, few towards the end."""
         with self._changed:
-            share = len(opened.pending) // (2 * self.workers)
-        return most if share >= most else max(1, min(most, 4))
+            return max(1, min(most, len(opened.rest) // (2 * self.workers)))
 
     def give_back(self, opened: OpenSeries) -> bool:
         """Say that a thread is done with what it took; return True if the series is complete with it."""
         with self._changed:
             opened.busy -= 1
-            return not opened.pending and opened.busy == 0
+            return not opened.rest and opened.busy == 0
 
     def begin(self, opened: OpenSeries, layout: Layout, *, every_histogram: bool) -> None:
         """Give a series its moments: those of a finished one if there are any, since new memory takes its time."""
         with self._changed:
-            moments = self._spare.pop() if self._spare else None
-        if moments is None:
-            moments = Moments(layout, every_histogram=every_histogram)
-        else:
-            moments.clear(every_histogram=every_histogram)
-        opened.open(moments)
+            spare = self._spare.pop() if self._spare else None
+        if spare is not None:
+            spare.clear(every_histogram=every_histogram)
+        opened.open(spare or Moments(layout, every_histogram=every_histogram))
 
     def close(self, opened: OpenSeries) -> None:
         """Let a finished series go, so that the next may be opened."""

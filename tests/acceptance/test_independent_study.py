@@ -82,7 +82,7 @@ def test_standard_errors_are_no_wider_than_the_design_allows(results: dict) -> N
     """Read noise: n (L - 1) degrees of freedom; system gain: Fisher information of five flats and the bias burst."""
     n = TRUTH.width * TRUTH.height / 4
     for row, truth in judged(results):
-        if row["quantity"] == "read_noise" and row["unit"] == "DN" and row["channel"] != "all":
+        if row["method"] == "temporal-variance" and row["unit"] == "DN" and row["channel"] != "all":
             total = truth**2 + 1 / 12
             row_share = (TRUTH.row_noise * TRUTH.gain_at(row["iso"])) ** 2 / total
             inflation = 1 + (TRUTH.width / 2 - 1) * row_share**2

@@ -6,7 +6,6 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from fullwell.fit.gamma_likelihood import fit_gamma
-from fullwell.fit.goodness import effective_dof
 from fullwell.fit.legacy import fit_legacy_imatest
 from fullwell.fit.noise_coefficients import (
     CRITICAL_RATIO,
@@ -324,13 +323,3 @@ def test_error_of_the_offset_widens_k_dark_alone(chart):
     by_offset = dark_sensitivity_to_offset(fit.coefficients) * 0.29 * known.k_dark.value
     assert guessed.k_dark.std_error == pytest.approx(np.hypot(known.k_dark.std_error, by_offset))
     assert guessed.k_shot.std_error == known.k_shot.std_error
-
-
-def test_rows_that_share_noise_cost_degrees_of_freedom():
-    """METHOD 1.8: Var(s^2) grows by 1 + (m - 1) rho^2."""
-    rng = np.random.default_rng(28)
-    edge, sets = 50, 3000
-    x = np.sqrt(0.9) * rng.standard_normal((sets, edge, edge)) + np.sqrt(0.1) * rng.standard_normal((sets, edge, 1))
-    scatter = x.var(axis=(1, 2), ddof=1).var(ddof=1)
-    expected = 2.0 / float(effective_dof(edge**2 - 1.0, edge=edge, row_share=0.1))
-    assert abs(scatter / expected - 1.0) <= 4.0 * np.sqrt(2.0 / sets) + 0.02

@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fullwell.model.dark import dark_signal, dark_variance
 from fullwell.model.noise import NoiseCoefficients, noise_coefficients
 from fullwell.model.photon_transfer import noise_variance, signal_at_snr, signal_at_snr_gradient, signal_to_noise
 from fullwell.model.quantization import rounded_variance, rounded_variance_at_phase, rounded_variance_slope
+from fullwell.model.sensor import SensorParameters
 
 
 @given(snr=st.floats(0.5, 30.0), dark=st.floats(0.01, 100.0), shot=st.floats(0.01, 10.0), fixed=st.floats(0.0, 1e-4))
@@ -49,9 +49,21 @@ def test_published_noise_coefficients():
 
 def test_published_total_dark_noise():
     """METHOD 4.6: at 10 s and 2.22 e-/s it is 5.3 e-, not 22.3 e-."""
-    variance = dark_variance(10.0, read_noise=2.36, dark_current=2.22)
-    assert float(np.sqrt(variance)) == pytest.approx(5.3, abs=0.05)
-    assert float(dark_signal(10.0, dark_current=2.22, offset=1.0)) == pytest.approx(23.2)
+    sensor = SensorParameters(
+        width=2,
+        height=2,
+        cfa="mono",
+        bit_depth=12,
+        black_level=(0.0,),
+        white_level=4095,
+        base_iso=100.0,
+        system_gain=0.425,
+        full_well=1e4,
+        response=(1.0,),
+        read_noise=2.36,
+        dark_current=2.22,
+    )
+    assert sensor.dark_noise_at(100.0, 10.0) == pytest.approx(5.3, abs=0.05)
 
 
 @given(noise=st.floats(0.01, 3.0))

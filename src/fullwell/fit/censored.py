@@ -156,23 +156,6 @@ def trim_hot_pixels(counts: NDArray[np.int64]) -> NDArray[np.int64]:
     return counts[: max(int(np.ceil(limit)) + 1, 3)]
 
 
-def code_step(counts: NDArray[np.int64]) -> int:
-    """Return the distance of the codes that occur: above 1 where a file was rescaled and its histogram has gaps.
-
-    Examples
-    --------
-    >>> code_step(np.array([3, 0, 0, 0, 9, 0, 0, 0, 2]))
-    4
-    >>> code_step(np.array([3, 9, 2]))
-    1
-
-    """
-    populated = np.flatnonzero(counts)
-    if populated.size < 3:
-        return 1
-    return max(int(np.gcd.reduce(np.diff(populated))), 1)
-
-
 def _fit_body(cells: NDArray[np.int64]) -> CensoredNormal:
     """Fit the codes up to the 84 % quantile, all above pooled, the lowest as a rail."""
     body = max(int(np.searchsorted(np.cumsum(cells), _BODY * int(cells.sum()))), 2)

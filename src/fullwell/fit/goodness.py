@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from fullwell.fit.gamma_likelihood import Array, GammaFit, fit_gamma, signed_deviance
@@ -88,32 +88,6 @@ def fit_checked(
         residuals=residuals,
         used=used,
     )
-
-
-def effective_dof(dof: ArrayLike, *, edge: float, row_share: float, column_share: float = 0.0) -> Array:
-    """Return the degrees of freedom of a patch's variance where rows or columns share noise (METHOD 1.8).
-
-    Parameters
-    ----------
-    dof
-        Degrees of freedom if every pixel had noise of its own.
-    edge
-        Pixels along an edge of the patch m.
-    row_share, column_share
-        Share of temporal row and column noise in the variance rho, from the variance components.
-
-    Returns
-    -------
-    ndarray
-        nu / (1 + (m - 1) (rho_row^2 + rho_column^2)).
-
-    Examples
-    --------
-    >>> round(149.0 / float(effective_dof(149.0, edge=50, row_share=0.1)), 2)
-    1.49
-
-    """
-    return np.asarray(dof, np.float64) / (1.0 + (edge - 1.0) * (row_share**2 + column_share**2))
 
 
 def is_misfit(deviance: float, dof: int) -> bool:

@@ -319,28 +319,6 @@ def _fill_poisson(key: Words, first: int, stride: int, mean: FloatArray, out: Fl
             _fill_poisson_chunk(key, counter, mean[row, left:right], work, out[row, left:right])
 
 
-def uniform(shape: tuple[int, int], draws: Draws) -> FloatArray:
-    """Return uniform numbers strictly between 0 and 1.
-
-    Parameters
-    ----------
-    shape
-        Rows and columns of the rectangle.
-    draws
-        Which numbers.
-
-    Returns
-    -------
-    ndarray
-        ``shape``, float64.
-
-    """
-    out, spare = np.empty(shape), np.empty(shape[1])
-    for row in range(shape[0]):
-        _fill_uniform(draws.key(), draws.first + row * draws.stride, out[row], spare)
-    return out
-
-
 def normal(shape: tuple[int, int], draws: Draws) -> FloatArray:
     """Return normal numbers of mean 0 and variance 1.
 

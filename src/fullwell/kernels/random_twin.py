@@ -123,14 +123,6 @@ def _pixels(shape: tuple[int, int], draws: Draws) -> Iterator[tuple[tuple[int, i
         yield (row, column), draws.first + row * draws.stride + column
 
 
-def uniform(shape: tuple[int, int], draws: Draws) -> NDArray[np.float64]:
-    """Return what `random.uniform` returns."""
-    out = np.empty(shape)
-    for place, pixel in _pixels(shape, draws):
-        out[place] = first_unit(next(blocks(draws, pixel)))
-    return out
-
-
 def normal(shape: tuple[int, int], draws: Draws) -> NDArray[np.float64]:
     """Return what `random.normal` returns."""
     out = np.empty(shape)

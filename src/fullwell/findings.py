@@ -1,15 +1,21 @@
 """What is to be said about the data: findings stand first in every report."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class Severity(StrEnum):
-    """How much a finding matters: an ``error`` means that part of the data could not be used."""
+    """How much a finding matters, the worst first: ``error`` means that part of the data could not be used."""
 
-    INFO = "info"
-    WARNING = "warning"
     ERROR = "error"
+    WARNING = "warning"
+    INFO = "info"
+
+    @property
+    def rank(self) -> int:
+        """Place in any list of findings; the worst stand first."""
+        return tuple(Severity).index(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,3 +39,16 @@ class Finding:
     severity: Severity
     message: str
     files: tuple[str, ...] = ()
+
+
+def listed(names: Sequence[str], *, most: int = 6) -> str:
+    """Return names for a sentence: the first few, and how many more there are.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"], most=2)
+    'a, b and 1 more'
+
+    """
+    shown = ", ".join(names[:most])
+    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fullwell.frames.role import kind_of_folder, kind_of_path
+from fullwell.frames.role import kind_of_folder
 from fullwell.frames.series import Kind
 
 TABLE = [
@@ -50,8 +50,3 @@ def test_case_and_blanks_never_matter(row: tuple[str, Kind], blanks: list[str], 
         for letter, blank, up in zip(name, blanks, upper, strict=False)
     )
     assert kind_of_folder(spelled) is kind
-
-
-def test_the_outermost_folder_that_tells_decides() -> None:
-    assert kind_of_path(("session1", "dark", "ISO_100", "bright room")) is Kind.DARK
-    assert kind_of_path(("session1", "ISO_100")) is None

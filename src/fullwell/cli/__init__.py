@@ -1,11 +1,8 @@
 """The command line: a thin shell that parses, calls the workflow and prints."""
 
 import sys
-from typing import Final
 
-from fullwell.cli.overview import overview, version_line
-
-_INTERRUPTED: Final = 130
+from fullwell.cli.overview import INTERRUPTED, overview, version_line
 
 
 def main() -> None:
@@ -24,4 +21,4 @@ def main() -> None:
 
             app(prog_name="fullwell")
         except KeyboardInterrupt:
-            sys.exit(_INTERRUPTED)
+            sys.exit(INTERRUPTED)

@@ -10,16 +10,12 @@ from rich.console import Console
 from rich.markup import escape
 
 from fullwell.cli.tables import plain_table, print_findings
-from fullwell.raw.cfa import CHANNELS, MONO
+from fullwell.raw.cfa import channel_rank, leading_channel
 from fullwell.report.numbers import show, show_plain, show_unit
 from fullwell.units import DECIBEL, DN, ELECTRON, ELECTRON_PER_SECOND, STOP
 from fullwell.workflow.demo import DemoOutcome, DemoRow
 
 _UNIT_ORDER: Final = (ELECTRON, ELECTRON_PER_SECOND, STOP, DECIBEL, DN)
-_CHANNEL_ORDER: Final = ("all", MONO, *CHANNELS)
-_CHOICE_ORDER: Final = ("all", MONO, "G1", *CHANNELS)
-"""Whose truth and measurement stand in a line; the others show their pulls."""
-
 _NOTABLE_PULL: Final = 3.0
 _NORMAL_95: Final = 1.96
 
@@ -40,14 +36,14 @@ def print_outcome(console: Console, outcome: DemoOutcome, *, out: Path) -> None:
 
 
 def _print_quantity(console: Console, rows: Sequence[DemoRow]) -> None:
-    unit = min((row.measured.unit for row in rows), key=lambda unit: _rank(unit, _UNIT_ORDER))
+    unit = min((row.measured.unit for row in rows), key=_unit_rank)
     shown = [row for row in rows if row.measured.unit == unit]
-    channels = sorted({row.channel for row in shown}, key=lambda channel: _rank(channel, _CHANNEL_ORDER))
+    channels = sorted({row.channel for row in shown}, key=channel_rank)
     title = f"{_title(rows[0])}, {show_unit(unit)}".removesuffix(", ")
     table = plain_table(">ISO", ">truth", ">measured", *(f">{channel}" for channel in channels), title=title)
     for iso in sorted({row.iso for row in shown}, key=lambda iso: iso or 0.0):
         lines = {row.channel: row for row in shown if row.iso == iso}
-        chosen = lines[min(lines, key=lambda channel: _rank(channel, _CHOICE_ORDER))]
+        chosen = lines[leading_channel(lines)]
         table.add_row(
             "" if iso is None else f"{iso:g}",
             show_plain(chosen.truth),
@@ -68,8 +64,8 @@ def _title(row: DemoRow) -> str:
     return row.quantity.replace("_", " ") + threshold
 
 
-def _rank(name: str, order: Sequence[str]) -> int:
-    return order.index(name) if name in order else len(order)
+def _unit_rank(unit: str) -> int:
+    return _UNIT_ORDER.index(unit) if unit in _UNIT_ORDER else len(_UNIT_ORDER)
 
 
 def _pull(pull: float | None) -> str:

@@ -4,6 +4,8 @@ from typing import Final
 
 from fullwell import __version__
 
+INTERRUPTED: Final = 130
+
 COMMANDS: Final = (
     ("characterize", "Measure a sensor from a folder of raw frames, or a study.toml."),
     ("demo", "Simulate a known camera, measure it, print truth beside measurement."),
@@ -37,7 +39,7 @@ Options:
 
   fullwell COMMAND --help tells what a command takes. Exit status: 0 done;
   1 done, but part of the data could not be used; 2 bad use or unusable
-  input; 70 a bug of ours; 130 interrupted.
+  input; 70 a bug of ours; {INTERRUPTED} interrupted.
 """
 
 

@@ -7,12 +7,12 @@ from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.frames.cameras import camera_named
+from fullwell.frames.naming import PER_SECOND
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.raw.cfa import BAYER, MONO
 
 _TIME: Final = re.compile(r"(?P<number>[^a-zµ]*(?:e[+-]?\d+)?)(?P<unit>us|µs|ms|s)?", re.IGNORECASE)
-_PER_SECOND: Final = {"us": 1e6, "µs": 1e6, "ms": 1e3, "s": 1.0}
 
 
 def selection_from(
@@ -91,7 +91,7 @@ def _seconds(text: str) -> float:
     match = _TIME.fullmatch(text)
     if match is None:
         raise UsageError(f"--exposure {text}: give seconds, or a number with a unit such as 10ms or 500us.")
-    return _positive(match["number"].strip(), option="--exposure") / _PER_SECOND[(match["unit"] or "s").lower()]
+    return _positive(match["number"].strip(), option="--exposure") / PER_SECOND[(match["unit"] or "s").lower()]
 
 
 def _kind(text: str) -> Kind:

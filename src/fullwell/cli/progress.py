@@ -5,21 +5,11 @@ import threading
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from typing import Final, Protocol
+from typing import Final
+
+from fullwell.workflow.executor import Progress
 
 _SECONDS_BETWEEN_LINES: Final = 5.0
-
-
-class Progress(Protocol):
-    """Told of every frame that is done, from any thread."""
-
-    def start(self, total_frames: int) -> None:
-        """Begin a piece of work."""
-        ...
-
-    def advance(self, frames: int = 1) -> None:
-        """Count frames that are done."""
-        ...
 
 
 class LineProgress:

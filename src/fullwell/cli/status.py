@@ -12,6 +12,7 @@ from typing import Final
 import typer
 
 from fullwell import __version__
+from fullwell.cli.overview import INTERRUPTED
 from fullwell.errors import FullwellError
 from fullwell.findings import Finding, Severity
 
@@ -19,7 +20,6 @@ DONE: Final = 0
 DONE_WITH_ERRORS: Final = 1
 BAD_USE: Final = 2
 BUG: Final = 70
-INTERRUPTED: Final = 130
 
 
 def status_of(findings: Iterable[Finding]) -> int:

@@ -9,7 +9,8 @@ from rich.markup import escape
 
 from fullwell.cli.tables import plain_table, print_findings
 from fullwell.figures.results import Results, Row
-from fullwell.raw.cfa import CHANNELS, MONO
+from fullwell.glossary import RECOMMENDED
+from fullwell.raw.cfa import channel_rank
 from fullwell.report.numbers import show, show_iso, show_unit
 from fullwell.units import DECIBEL, DN, DN_PER_ELECTRON, DN_PER_SECOND, ELECTRON, ELECTRON_PER_SECOND, STOP
 
@@ -24,8 +25,6 @@ _HEADLINES: Final = (
 )
 """Quantities of the summary, each with its units from the most to the least wanted."""
 
-_CHANNEL_ORDER: Final = ("all", MONO, *CHANNELS)
-
 
 def print_summary(console: Console, results: Results, *, out: Path) -> None:
     """Print findings, a table of the recommended figures per ISO, and the report's place."""
@@ -38,16 +37,12 @@ def print_summary(console: Console, results: Results, *, out: Path) -> None:
 
 def _is_headline(row: Row) -> bool:
     return (
-        "recommended" in row.flags
-        and row.region is None
-        and row.exposure_s is None
-        and row.snr_threshold in {None, 1.0}
-        and row.channel in _CHANNEL_ORDER
+        RECOMMENDED in row.flags and row.region is None and row.exposure_s is None and row.snr_threshold in {None, 1.0}
     )
 
 
 def _print_iso(console: Console, iso: float | None, rows: Sequence[Row]) -> None:
-    channels = [channel for channel in _CHANNEL_ORDER if any(row.channel == channel for row in rows)]
+    channels = sorted({row.channel for row in rows}, key=channel_rank)
     table = plain_table("", *(f">{channel}" for channel in channels), "", title=show_iso(iso))
     for quantity, units in _HEADLINES:
         found = [row for row in rows if row.quantity == quantity]

@@ -8,13 +8,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fullwell.findings import Finding, Severity
+from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.series import Study
 from fullwell.raw.image import Levels
 from fullwell.report.numbers import show_exposure
 
-_STYLES: Final = ((Severity.ERROR, "bold red"), (Severity.WARNING, "yellow"), (Severity.INFO, "cyan"))
-_FILES_SHOWN: Final = 6
+_STYLES: Final = {Severity.ERROR: "bold red", Severity.WARNING: "yellow", Severity.INFO: "cyan"}
 
 
 def plain_table(*columns: str, title: str | None = None) -> Table:
@@ -27,21 +26,18 @@ def plain_table(*columns: str, title: str | None = None) -> Table:
 
 def print_findings(console: Console, findings: Iterable[Finding]) -> None:
     """Print findings, the most severe first, each with the files it is about."""
-    ordered = tuple(findings)
-    for severity, style in _STYLES:
-        for finding in ordered:
-            if finding.severity is severity:
-                console.print(
-                    f"[{style}]{severity.value}[/{style}] {escape(finding.message)}", highlight=False, soft_wrap=True
-                )
-                _print_files(console, finding)
+    for finding in sorted(findings, key=lambda finding: finding.severity.rank):
+        style = _STYLES[finding.severity]
+        console.print(
+            f"[{style}]{finding.severity.value}[/{style}] {escape(finding.message)}", highlight=False, soft_wrap=True
+        )
+        _print_files(console, finding)
 
 
 def _print_files(console: Console, finding: Finding) -> None:
     unsaid = [name for name in finding.files if name not in finding.message]
     if unsaid:
-        more = f" and {len(unsaid) - _FILES_SHOWN} more" if len(unsaid) > _FILES_SHOWN else ""
-        console.print(f"  [dim]{escape(', '.join(unsaid[:_FILES_SHOWN]))}{more}[/dim]", highlight=False, soft_wrap=True)
+        console.print(f"  [dim]{escape(listed(unsaid))}[/dim]", highlight=False, soft_wrap=True)
 
 
 def print_study(console: Console, study: Study) -> None:

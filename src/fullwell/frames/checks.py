@@ -4,15 +4,12 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import Final
 
-from fullwell.findings import Finding, Severity
+from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.reading import Reading
 from fullwell.frames.series import Exclusion, Kind, Series
 
 TEMPERATURE_SPREAD_C: Final = 2.0
 """Dark current changes by some 20 % over 2 degrees Celsius (it doubles every 6 to 8)."""
-
-_SEVERITY_ORDER: Final = (Severity.ERROR, Severity.WARNING, Severity.INFO)
-_NAMES_SHOWN: Final = 3
 
 
 def keep_uniform(readings: Sequence[Reading]) -> tuple[tuple[Reading, ...], tuple[Exclusion, ...]]:
@@ -63,7 +60,7 @@ def exclusion_findings(excluded: Iterable[Exclusion]) -> tuple[Finding, ...]:
         Finding(
             code=code,
             severity=Severity.ERROR,
-            message=f"Left out {_listed(sorted(names))}: {reason.rstrip('.')}.",
+            message=f"Left out {listed(sorted(names))}: {reason.rstrip('.')}.",
             files=tuple(sorted(names)),
         )
         for (code, reason), names in sorted(reasons.items())
@@ -198,9 +195,4 @@ def merged(findings: Iterable[Finding]) -> tuple[Finding, ...]:
         Finding(code=code, severity=severity, message=message, files=tuple(sorted(names)))
         for (code, severity, message), names in files.items()
     ]
-    return tuple(sorted(joined, key=lambda one: (_SEVERITY_ORDER.index(one.severity), one.code, one.message)))
-
-
-def _listed(names: Sequence[str]) -> str:
-    shown = ", ".join(names[:_NAMES_SHOWN])
-    return shown if len(names) <= _NAMES_SHOWN else f"{shown} and {len(names) - _NAMES_SHOWN} more"
+    return tuple(sorted(joined, key=lambda one: (one.severity.rank, one.code, one.message)))

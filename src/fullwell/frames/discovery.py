@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fullwell.errors import UsageError
-from fullwell.findings import Finding, Severity
+from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.role import kind_of_folder
 from fullwell.frames.series import Camera, Kind
 from fullwell.frames.source import COMPANION_SUFFIXES, PREVIEW_SUFFIXES, RAW_SUFFIXES, Candidate, Source
@@ -115,7 +115,7 @@ def _findings(search: _Search) -> Iterator[Finding]:
         yield Finding(
             code="folders-left-out",
             severity=Severity.INFO,
-            message=f"Left out, their names tell no kind of capture: {_listed(names)}. {_KINDS_SENTENCE}.",
+            message=f"Left out, their names tell no kind of capture: {listed(names)}. {_KINDS_SENTENCE}.",
             files=names,
         )
     root_files = tuple(sorted(name for name in search.loose if "/" not in name))
@@ -123,14 +123,14 @@ def _findings(search: _Search) -> Iterator[Finding]:
         yield Finding(
             code="files-left-out",
             severity=Severity.INFO,
-            message=f"Left out, they lie in no capture folder: {_listed(root_files)}. {_KINDS_SENTENCE}.",
+            message=f"Left out, they lie in no capture folder: {listed(root_files)}. {_KINDS_SENTENCE}.",
             files=root_files,
         )
     if search.unknown:
         yield Finding(
             code="files-unknown",
             severity=Severity.INFO,
-            message=f"Passed over, no raw format has this ending: {_listed(tuple(sorted(search.unknown)))}.",
+            message=f"Passed over, no raw format has this ending: {listed(sorted(search.unknown))}.",
             files=tuple(sorted(search.unknown)),
         )
     if search.duplicates:
@@ -140,11 +140,6 @@ def _findings(search: _Search) -> Iterator[Finding]:
             message="Links to files that are already in the study: each frame counts once.",
             files=tuple(sorted(search.duplicates)),
         )
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    shown = ", ".join(names[:8])
-    return shown if len(names) <= 8 else f"{shown} and {len(names) - 8} more"
 
 
 def _nothing_found(root: Path, search: _Search) -> str:

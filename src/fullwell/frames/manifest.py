@@ -16,13 +16,11 @@ from typing import Annotated, Final, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fullwell.errors import UsageError
-from fullwell.frames.series import Camera, Kind, Series, Study
+from fullwell.frames.series import CONTAINER_BITS, Camera, Kind, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
 from fullwell.raw.image import Levels
 
 MANIFEST_NAME: Final = "study.toml"
-
-_CONTAINER_BITS: Final = 16
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 _Level = Annotated[float, Field(allow_inf_nan=False)]
@@ -224,7 +222,7 @@ def write_manifest(study: Study, *, folder: Path | None = None) -> str:
 def _camera_lines(study: Study) -> Iterator[str]:
     camera = study.camera
     yield _line("name", camera.name, example='"IMX541"')
-    container_only = study.bit_depth == _CONTAINER_BITS and study.white_level is None
+    container_only = study.bit_depth == CONTAINER_BITS and study.white_level is None
     yield _line("bit_depth", None if container_only else study.bit_depth, example="12")
     yield _line("cfa", study.cfa)
     yield _level_line("black_level", study.black_level)

@@ -13,7 +13,7 @@ _ISO: Final = re.compile(r"(?<![a-z])iso[_\- ]?(\d+)(?!\d)", re.IGNORECASE)
 _EXPOSURE: Final = re.compile(
     r"(?<![a-z])exp(?:osure)?[_\- ]?(\d+(?:\.\d+)?|\.\d+)[_\- ]?(us|µs|ms|s)(?![a-z])", re.IGNORECASE
 )
-_PER_SECOND: Final = {"us": 1e6, "µs": 1e6, "ms": 1e3, "s": 1.0}
+PER_SECOND: Final = {"us": 1e6, "µs": 1e6, "ms": 1e3, "s": 1.0}
 
 
 def iso_in_name(name: str) -> float | None:
@@ -43,7 +43,7 @@ def exposure_in_name(name: str) -> float | None:
 
     """
     match = _EXPOSURE.search(name)
-    return (float(match[1]) / _PER_SECOND[match[2].lower()] or None) if match else None
+    return (float(match[1]) / PER_SECOND[match[2].lower()] or None) if match else None
 
 
 def iso_in_path(name: str) -> float | None:

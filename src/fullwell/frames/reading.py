@@ -8,19 +8,16 @@ import os
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Final
 
 from fullwell.errors import RawFileError, UnreadableFileError
 from fullwell.findings import Finding, Severity
 from fullwell.frames.naming import exposure_in_path, iso_in_path
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
-from fullwell.frames.series import Camera, Exclusion, Frame, Kind
+from fullwell.frames.series import CONTAINER_BITS, Camera, Exclusion, Frame, Kind
 from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
 from fullwell.frames.source import Candidate
 from fullwell.raw.image import Levels, RawHeader
 from fullwell.raw.open import read_header
-
-_CONTAINER_BITS: Final = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,7 +160,7 @@ def _bit_depth(header: RawHeader, *, camera: Camera, facts: SidecarFacts) -> tup
         return camera.bit_depth, True
     if facts.bit_depth is not None and facts.bit_depth <= header.bit_depth:
         return facts.bit_depth, True
-    return header.bit_depth, header.bit_depth < _CONTAINER_BITS or header.white_level is not None
+    return header.bit_depth, header.bit_depth < CONTAINER_BITS or header.white_level is not None
 
 
 def _named(findings: Iterable[Finding], name: str) -> tuple[Finding, ...]:

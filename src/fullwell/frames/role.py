@@ -1,6 +1,5 @@
 """What a frame was taken for, told by the name of its folder (RESULTS 1)."""
 
-from collections.abc import Sequence
 from typing import Final
 
 from fullwell.frames.series import Kind
@@ -34,8 +33,3 @@ def kind_of_folder(name: str) -> Kind | None:
         if plain.startswith(prefixes):
             return kind
     return Kind.SCENE if plain == _SCENE_NAME else None
-
-
-def kind_of_path(folders: Sequence[str]) -> Kind | None:
-    """Return the kind of frames below nested folders, outermost first: the first name that tells decides."""
-    return next((kind for name in folders if (kind := kind_of_folder(name)) is not None), None)

@@ -3,9 +3,13 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Final
 
 from fullwell.findings import Finding
 from fullwell.raw.image import Levels, RawHeader
+
+CONTAINER_BITS: Final = 16
+"""Bits of a code where a file says no more than how it stores one."""
 
 
 class Kind(StrEnum):

@@ -16,7 +16,8 @@ from fullwell.errors import UnreadableFileError
 from fullwell.raw.cfa import MONO
 
 _PIXEL_FORMAT: Final = re.compile(r"(Mono|Bayer(?:RG|GR|GB|BG))(\d+)?(?!\d)", re.IGNORECASE)
-_BAYER: Final = {"bayerrg": "RGGB", "bayergr": "GRBG", "bayergb": "GBRG", "bayerbg": "BGGR", "mono": MONO}
+PIXEL_FORMATS: Final = {"RGGB": "BayerRG", "GRBG": "BayerGR", "GBRG": "BayerGB", "BGGR": "BayerBG", MONO: "Mono"}
+"""GenICam's name of each CFA; the bits follow it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,4 +113,5 @@ def _pixel_format(value: object) -> tuple[str | None, int | None]:
     match = _PIXEL_FORMAT.match(value) if isinstance(value, str) else None
     if match is None:
         return None, None
-    return _BAYER[match[1].lower()], int(match[2]) if match[2] else None
+    cfa = next(cfa for cfa, name in PIXEL_FORMATS.items() if name.lower() == match[1].lower())
+    return cfa, int(match[2]) if match[2] else None

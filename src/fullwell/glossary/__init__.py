@@ -11,8 +11,8 @@ from typing import Final
 
 from fullwell.glossary.bibliography import BIBLIOGRAPHY
 from fullwell.glossary.entry import Flag, Method, Quantity, Reference
-from fullwell.glossary.flags import FLAGS
-from fullwell.glossary.merit import EMVA, RANGE
+from fullwell.glossary.flags import FLAGS, RECOMMENDED
+from fullwell.glossary.merit import EMVA, RANGE, SNR_THRESHOLDS
 from fullwell.glossary.methods import METHODS
 from fullwell.glossary.spatial import NONUNIFORMITY, SHADING
 from fullwell.glossary.temporal import DARK_CURRENT, LEVELS, PHOTON_TRANSFER, READ_NOISE
@@ -22,6 +22,8 @@ __all__ = [
     "FLAGS",
     "METHODS",
     "QUANTITIES",
+    "RECOMMENDED",
+    "SNR_THRESHOLDS",
     "Flag",
     "Method",
     "Quantity",

@@ -4,10 +4,12 @@ from typing import Final
 
 from fullwell.glossary.entry import Flag
 
+RECOMMENDED: Final = "recommended"
+
 FLAGS: Final = tuple(
     Flag(name=name, definition=definition)
     for name, definition in (
-        ("recommended", "The figure to quote: the best estimator that these frames allow."),
+        (RECOMMENDED, "The figure to quote: the best estimator that these frames allow."),
         (
             "offset-not-identified",
             "Nothing but metadata tells the black level: the dark coefficient is only bounded.",

@@ -4,6 +4,9 @@ from typing import Final
 
 from fullwell.glossary.entry import Quantity
 
+SNR_THRESHOLDS: Final = (1.0, 10.0)
+"""Signal-to-noise ratios that dynamic range is given for."""
+
 RANGE: Final = (
     Quantity(
         name="saturation_capacity",

@@ -5,11 +5,16 @@ A *site* is a position in the repeating 2 x 2 cell, row-major; a *channel* is ``
 ``G2``, ``B``, or ``mono``. Statistics are kept by site; results are named by channel.
 """
 
+from collections.abc import Iterable
 from typing import Final
 
 BAYER: Final = ("RGGB", "GRBG", "GBRG", "BGGR")
 MONO: Final = "mono"
 CHANNELS: Final = ("R", "G1", "G2", "B")
+ALL: Final = "all"
+"""What rows call a figure that the channels share."""
+_ORDER: Final = (*CHANNELS, MONO, "G", ALL)
+_LEADING: Final = (ALL, MONO, "G1")
 
 
 def cell(cfa: str) -> int:
@@ -35,6 +40,23 @@ def channels(cfa: str) -> tuple[str, ...]:
         row = cfa[site // 2 * 2 : site // 2 * 2 + 2]
         named.append(letter if letter != "G" else ("G1" if "R" in row else "G2"))
     return tuple(named)
+
+
+def channel_rank(channel: str) -> int:
+    """Return where a channel stands in legends and tables; channels by another name stand last."""
+    return _ORDER.index(channel) if channel in _ORDER else len(_ORDER)
+
+
+def leading_channel(channels: Iterable[str]) -> str:
+    """Return the channel that speaks for the others: the figure they share, else G1, else the first.
+
+    Examples
+    --------
+    >>> leading_channel(["R", "G1", "all"]), leading_channel(["B", "R"])
+    ('all', 'R')
+
+    """
+    return min(channels, key=lambda name: (_LEADING.index(name) if name in _LEADING else 3, channel_rank(name)))
 
 
 def shifted(cfa: str, *, rows: int, columns: int) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from fullwell import glossary
 from fullwell.figures.results import Row
-from fullwell.report.curves import channel_rank
+from fullwell.raw.cfa import channel_rank
 from fullwell.report.numbers import MISSING, show, show_iso, show_unit
 from fullwell.report.pivots import recommended, title_of, tooltip
 

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.figures.results import Curve
+from fullwell.raw.cfa import channel_rank
 
 Value: TypeAlias = float | int | str | None
-
-_CHANNEL_ORDER = ("R", "G1", "G2", "B", "mono", "G", "all")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,11 +59,6 @@ def _rank(value: Value) -> tuple[int, float, str]:
     if isinstance(value, str):
         return (1, channel_rank(value), value)
     return (0, -np.inf if value is None else float(value), "")
-
-
-def channel_rank(channel: str) -> int:
-    """Return where a channel stands in legends and tables."""
-    return _CHANNEL_ORDER.index(channel) if channel in _CHANNEL_ORDER else len(_CHANNEL_ORDER)
 
 
 def table_named(curves: Sequence[Curve], name: str) -> Table | None:

@@ -11,8 +11,8 @@ from markupsafe import Markup
 from fullwell import glossary
 from fullwell.figures.results import Results, Row
 from fullwell.findings import Finding, Severity
+from fullwell.raw.cfa import channel_rank
 from fullwell.report.comparison import comparisons
-from fullwell.report.curves import channel_rank
 from fullwell.report.document import citations
 from fullwell.report.inventory import run_date, run_facts, take_inventory
 from fullwell.report.numbers import MISSING, show, show_exposure, show_interval, show_plain, show_unit
@@ -22,7 +22,6 @@ from fullwell.report.sections import build_sections, isos_of
 from fullwell.report.summary import summarize
 
 MOST_ROWS: Final = 4000
-_ORDER: Final = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
 def report_html(results: Results, pictures: Pictures | None) -> str:
@@ -56,7 +55,7 @@ def report_html(results: Results, pictures: Pictures | None) -> str:
         isos=[f"{iso:g}" for iso in isos_of(results.rows)],
         channels=sorted({row.channel for row in quotable} - {"all"}, key=channel_rank),
         topics=_topics(results.findings),
-        counts=[(severity.value, _count(results.findings, severity)) for severity in _ORDER],
+        counts=[(severity.value, _count(results.findings, severity)) for severity in Severity],
         summary=summarize(quotable),
         sections=build_sections(results, pictures),
         comparisons=comparisons(results.rows),
@@ -86,7 +85,7 @@ class Topic:
 def _topics(findings: Sequence[Finding]) -> list[Topic]:
     """Return the findings, the worst first, those of one code together."""
     groups: dict[tuple[Severity, str], list[Finding]] = {}
-    for finding in sorted(findings, key=lambda finding: _ORDER.index(finding.severity)):
+    for finding in sorted(findings, key=lambda finding: finding.severity.rank):
         groups.setdefault((finding.severity, finding.code), []).append(finding)
     return [
         Topic(code=code, severity=severity.value, findings=tuple(mine)) for (severity, code), mine in groups.items()

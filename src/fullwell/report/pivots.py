@@ -6,10 +6,8 @@ from string import ascii_lowercase
 
 from fullwell import glossary
 from fullwell.figures.results import Row
-from fullwell.report.curves import channel_rank
+from fullwell.raw.cfa import channel_rank
 from fullwell.report.numbers import MISSING, show, show_interval, show_iso, show_plain, show_unit
-
-RECOMMENDED = "recommended"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +49,7 @@ class Pivot:
 
 def recommended(rows: Iterable[Row]) -> tuple[Row, ...]:
     """Return the figures to quote: flagged as recommended, of the whole plane."""
-    return tuple(row for row in rows if RECOMMENDED in row.flags and row.region is None)
+    return tuple(row for row in rows if glossary.RECOMMENDED in row.flags and row.region is None)
 
 
 def title_of(quantity: str) -> str:
@@ -146,7 +144,7 @@ def _label(condition: Condition, many: tuple[bool, bool, bool], beyond: str) -> 
 
 
 def _marks(rows: Sequence[Row]) -> dict[str, str]:
-    names = sorted({flag for row in rows for flag in row.flags} - {RECOMMENDED})
+    names = sorted({flag for row in rows for flag in row.flags} - {glossary.RECOMMENDED})
     return dict(zip(names, ascii_lowercase, strict=False))
 
 

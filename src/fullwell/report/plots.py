@@ -22,7 +22,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 from numpy.typing import NDArray
 from PIL import Image
 
-from fullwell.report.curves import channel_rank
+from fullwell.raw.cfa import channel_rank
 from fullwell.report.numbers import show_iso
 
 WIDTH_IN: Final = 9.2

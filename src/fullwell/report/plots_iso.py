@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fullwell.figures.results import Row
-from fullwell.report.curves import channel_rank
+from fullwell.raw.cfa import channel_rank
 from fullwell.report.numbers import show_unit
 from fullwell.report.plots import (
     Picture,

@@ -6,7 +6,7 @@ from typing import Final
 
 from fullwell import glossary
 from fullwell.figures.results import Row
-from fullwell.report.curves import channel_rank
+from fullwell.raw.cfa import channel_rank, leading_channel
 from fullwell.report.numbers import show, show_iso, show_unit
 from fullwell.report.pivots import Cell, Line, describe_flag, title_of, tooltip
 
@@ -22,7 +22,6 @@ _KEY_FIGURES: Final = (
     ("prnu", ("%",)),
     ("dsnu", ("e-", "DN")),
 )
-_PREFERRED: Final = ("all", "G1", "mono")
 _SPARK_WIDTH: Final = 120.0
 _SPARK_HEIGHT: Final = 34.0
 
@@ -101,7 +100,8 @@ def _best_unit(rows: Sequence[Row], quantity: str, units: Sequence[str]) -> list
 
 def _card(mine: Sequence[Row]) -> Card:
     lowest = [row for row in mine if row.iso == mine[0].iso]
-    lead = min(lowest, key=lambda row: _PREFERRED.index(row.channel) if row.channel in _PREFERRED else 9)
+    leading = leading_channel(row.channel for row in lowest)
+    lead = next(row for row in lowest if row.channel == leading)
     channel = {"all": "all channels", "mono": ""}.get(lead.channel, lead.channel)
     entry = glossary.quantity(lead.quantity)
     definition = f"{entry.definition} " if entry else ""
@@ -112,7 +112,7 @@ def _card(mine: Sequence[Row]) -> Card:
         unit=show_unit(lead.measured.unit),
         where=", ".join(part for part in (show_iso(lead.iso), channel) if part),
         tooltip=f"{definition}{tooltip(lead)}",
-        flags=tuple(flag for flag in lead.flags if flag != "recommended"),
+        flags=tuple(flag for flag in lead.flags if flag != glossary.RECOMMENDED),
         sparks=_sparks(mine),
     )
 
@@ -150,5 +150,5 @@ def _block(columns: Sequence[dict[tuple[float | None, str], Row]], iso: float | 
 def _cell(row: Row | None) -> Cell:
     if row is None:
         return Cell(text="")
-    told = [describe_flag(flag) for flag in row.flags if flag != "recommended"]
+    told = [describe_flag(flag) for flag in row.flags if flag != glossary.RECOMMENDED]
     return Cell(text=show(row.measured, row.flags), title="; ".join([tooltip(row), *told]), marks="†" if told else "")

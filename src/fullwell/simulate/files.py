@@ -8,13 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.raw.cfa import MONO
+from fullwell.frames.sidecar import PIXEL_FORMATS
 from fullwell.raw.write import write_dng
 from fullwell.simulate.config import SimulationConfig
 from fullwell.simulate.shot import Exposure
 
 _SUFFIXES: Final = {"dng": ".dng", "tiff": ".tiff", "headerless": ".raw"}
-_GENICAM: Final = {"RGGB": "BayerRG", "GRBG": "BayerGR", "GBRG": "BayerGB", "BGGR": "BayerBG", MONO: "Mono"}
 
 
 def suffix(config: SimulationConfig) -> str:
@@ -80,7 +79,7 @@ def _facts(config: SimulationConfig, taken: Exposure) -> dict[str, object]:
     """Return what a sidecar says, by GenICam names."""
     sensor = config.sensor
     facts: dict[str, object] = {
-        "PixelFormat": f"{_GENICAM[sensor.cfa]}{sensor.bit_depth}",
+        "PixelFormat": f"{PIXEL_FORMATS[sensor.cfa]}{sensor.bit_depth}",
         "Width": sensor.width,
         "Height": sensor.height,
         "ExposureTime": taken.exposure_s * 1e6,

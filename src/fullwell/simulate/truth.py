@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from fullwell.glossary import SNR_THRESHOLDS
 from fullwell.model.noise import noise_coefficients
 from fullwell.model.photon_transfer import signal_at_snr, signal_to_noise
 from fullwell.model.sensor import SensorParameters
@@ -24,8 +25,6 @@ from fullwell.units import (
     VOLT,
     VOLT_PER_SECOND,
 )
-
-SNR_THRESHOLDS = (1.0, 10.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,17 +153,17 @@ def _response(place: _Place) -> Iterator[TrueValue]:
 
 
 def _range(place: _Place) -> Iterator[TrueValue]:
-    sensor, gain = place.sensor, place.system_gain
+    sensor, system_gain = place.sensor, place.system_gain
     electrons = sensor.saturation_at(place.iso, place.site)
-    level = electrons * gain
-    dark = (sensor.dark_noise_at(place.iso, 0.0) * gain) ** 2 + (sensor.dsnu * gain) ** 2 + 1.0 / 12.0
-    snr = float(signal_to_noise(level, dark=dark, shot=gain, fixed_pattern=sensor.prnu**2))
+    level = electrons * system_gain
+    dark = (sensor.dark_noise_at(place.iso, 0.0) * system_gain) ** 2 + (sensor.dsnu * system_gain) ** 2 + 1.0 / 12.0
+    snr = float(signal_to_noise(level, dark=dark, shot=system_gain, fixed_pattern=sensor.prnu**2))
     yield place.row("saturation_capacity", ELECTRON, electrons)
     yield place.row("saturation_capacity", DN, level)
     yield place.row("snr_max", ONE, snr)
     yield place.row("snr_max", DECIBEL, 20.0 * math.log10(snr))
     for threshold in SNR_THRESHOLDS:
-        ratio = level / signal_at_snr(threshold, dark=dark, shot=gain, fixed_pattern=sensor.prnu**2)
+        ratio = level / signal_at_snr(threshold, dark=dark, shot=system_gain, fixed_pattern=sensor.prnu**2)
         if math.isfinite(ratio) and ratio > 0.0:
             yield place.row("dynamic_range", ONE, ratio, snr_threshold=threshold)
             yield place.row("dynamic_range", DECIBEL, 20.0 * math.log10(ratio), snr_threshold=threshold)

@@ -181,12 +181,12 @@ class _Reducer:
         opened.begun.set()
 
     def _add_some(self, opened: OpenSeries, slots: Slots, stop: Event, *, first_band: int) -> None:
-        """Add some of the other frames of a series; while the first ones are not there yet, read on."""
+        """Add some of the other frames of a series: as many as there is room for, so that the maps are touched rarely.
+
+        Frames are taken one by one, so that all threads come to the end together.
+        """
         slots.clear()
-        most = self._schedule.fair_share(opened, most=self._slots)
-        while not (slots.full or stop.is_set()) and (len(slots.names) < most or not opened.begun.is_set()):
-            if (frame := self._schedule.next_frame(opened)) is None:
-                break
+        while not (slots.full or stop.is_set()) and (frame := self._schedule.next_frame(opened)):
             self._read(frame, slots)
         if slots.names and self._schedule.wait_for_burst(opened, stop):
             opened.moments.add(slots.names, slots.stack(), first_band=first_band)

@@ -102,11 +102,6 @@ class Schedule:
                 return True
         return False
 
-    def fair_share(self, opened: OpenSeries, *, most: int) -> int:
-        """Return how many frames to take at once: many while there are many, few towards the end."""
-        with self._changed:
-            return max(1, min(most, len(opened.rest) // (2 * self.workers)))
-
     def give_back(self, opened: OpenSeries) -> bool:
         """Say that a thread is done with what it took; return True if the series is complete with it."""
         with self._changed:

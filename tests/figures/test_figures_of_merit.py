@@ -123,7 +123,7 @@ def test_variance_peak_with_its_bracket():
     signal = np.array([1000.0, 100.0, 500.0, 3900.0, 3000.0, 2000.0])
     variance = np.array([500.0, 50.0, 250.0, 10.0, 1400.0, 1000.0])
     found = temporal_variance_peak(signal, variance, np.where(signal > 3500.0, 0.9, 0.0))
-    assert (found.below_dn, found.signal.value, found.above_dn) == (2000.0, 3000.0, 3900.0)
+    assert found.signal.value == 3000.0
     assert found.signal.ci95 == (2000.0, 3900.0)
     assert found.signal.std_error == pytest.approx(1900.0 / math.sqrt(12.0))
     assert found.flags == ("adc-limited",)
@@ -134,7 +134,7 @@ def test_variance_that_still_rises_is_a_lower_bound():
     assert found.flags == ("lower-bound",)
     assert found.signal.ci95 == (3.0, 5.0)
     unknown = temporal_variance_peak([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [0.0, 0.0, 0.0])
-    assert (unknown.signal.std_error, unknown.above_dn) == (None, None)
+    assert (unknown.signal.std_error, unknown.signal.ci95) == (None, None)
 
 
 def test_plateau():
@@ -150,7 +150,7 @@ def test_plateau():
 def test_last_consistent_level():
     found = last_consistent_level([3.0, 1.0, 2.0, 4.0], [0.5, 0.1, -3.0, -60.0])
     assert found is not None
-    assert (found.below_dn, found.signal.value, found.above_dn) == (2.0, 3.0, 4.0)
+    assert found.signal.value == 3.0
     assert found.signal.ci95 == (3.0, 4.0)
     assert last_consistent_level([1.0], [9.0]) is None
     every = last_consistent_level([1.0, 2.0], [0.0, 0.0])

@@ -3,6 +3,7 @@ import pytest
 
 from fullwell.fit.amplification import fit_amplifier_noise
 from fullwell.fit.legacy import legacy_offset_ratio
+from fullwell.units import DN, square_root
 
 
 def test_pre_and_post_amplifier_noise_cover():
@@ -13,8 +14,9 @@ def test_pre_and_post_amplifier_noise_cover():
     pre, post = [], []
     for _ in range(sets):
         fit = fit_amplifier_noise(amplification, truth * rng.chisquare(dof, 6) / dof, dof)
-        pre.append(((fit.pre.value - 0.4) / fit.pre.std_error, fit.pre.value))
-        post.append(((fit.post.value - 0.9) / fit.post.std_error, fit.post.value))
+        for found, variance, value in ((pre, fit.pre_variance, 0.4), (post, fit.post_variance, 0.9)):
+            noise = square_root(variance, DN)
+            found.append(((noise.value - value) / noise.std_error, noise.value))
     for found, value in ((np.array(pre), 0.4), (np.array(post), 0.9)):
         assert abs(np.mean(np.abs(found[:, 0]) <= 1.96) - 0.95) <= 4.0 * np.sqrt(0.95 * 0.05 / sets)
         assert abs(found[:, 1].mean() / value - 1.0) <= 1e-4 + 4.0 * found[:, 1].std() / value / np.sqrt(sets)
@@ -23,11 +25,10 @@ def test_pre_and_post_amplifier_noise_cover():
 def test_no_noise_after_the_amplifier_is_an_upper_limit():
     amplification = np.array([1.0, 2.0, 4.0])
     fit = fit_amplifier_noise(amplification, (0.5 * amplification) ** 2, 10_000)
-    assert fit.post.value == 0.0
-    assert fit.post.std_error is None
-    assert fit.post.ci95[0] == 0.0
     assert fit.post_variance.value == pytest.approx(-1.0 / 12.0)
-    assert fit.pre.value == pytest.approx(0.5)
+    assert fit.pre_variance.value == pytest.approx(0.25)
+    post = square_root(fit.post_variance, DN)
+    assert (post.value, post.std_error, post.ci95[0]) == (0.0, None, 0.0)
 
 
 def test_one_iso_cannot_tell():

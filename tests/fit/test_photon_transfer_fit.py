@@ -285,8 +285,6 @@ def test_noiseless_points_are_met_exactly(chart):
     fit = fit_photon_transfer(camera.signal_dn, camera.variance_dn2, N - 1, n=N)
     np.testing.assert_allclose(fit.coefficients, camera.truth, rtol=1e-9)
     assert fit.used.all()
-    np.testing.assert_allclose(fit.predict(camera.signal_dn), camera.variance_dn2, rtol=1e-9)
-    assert fit.curvature.value == pytest.approx(camera.truth[2])
 
 
 def test_too_few_points_are_refused():

@@ -73,7 +73,6 @@ def test_grand_mean_variance_is_that_of_the_mean(analysed):
     expected = {
         "total": fixed + (TRUTH["t"] + pixel) / frames,
         "temporal": (TRUTH["t"] + pixel) / frames,
-        "temporal_without_frame_noise": pixel / frames,
     }
     for name, truth in expected.items():
         values = np.array([getattr(one, name).value for one in found])
@@ -83,14 +82,6 @@ def test_grand_mean_variance_is_that_of_the_mean(analysed):
     for one, frame in zip(found[:10], x[:10], strict=True):
         assert one.temporal.value == pytest.approx(frame.mean(axis=(1, 2)).var(ddof=1) / frames, rel=1e-12)
         assert one.temporal.dof == pytest.approx(frames - 1)
-
-
-def test_frame_noise_test_has_its_size(mean_squares_of):
-    shape, sets = (5, 16, 16), 1000
-    truth = {"tv": 0.2, "th": 0.1, "tvh": 1.0}
-    x = _layout(np.random.default_rng(32), sets=sets, shape=shape, truth=truth)
-    p_values = np.array([grand_mean_variance(one, shape).frame_noise_p for one in mean_squares_of(x)])
-    assert abs(np.mean(p_values < 0.05) - 0.05) <= 4.0 * np.sqrt(0.05 * 0.95 / sets)
 
 
 def test_degrees_of_freedom_add_up():

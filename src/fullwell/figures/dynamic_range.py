@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fullwell.figures.ratios import Ratio, ratio
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.model.photon_transfer import signal_at_snr, signal_at_snr_gradient
 from fullwell.units import DN, Measured, combined_dof
 
@@ -32,7 +32,12 @@ class DynamicRange:
 
 
 def dynamic_range(
-    coefficients: Array, covariance: Array, saturation: Measured, *, snr: float = 1.0, dof: float | None = None
+    coefficients: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    saturation: Measured,
+    *,
+    snr: float = 1.0,
+    dof: float | None = None,
 ) -> DynamicRange:
     """Return the dynamic range from the noise model by the delta method (METHOD 7).
 

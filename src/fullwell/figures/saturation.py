@@ -30,16 +30,12 @@ class SaturationLevel:
     ----------
     signal
         The level; its interval is the bracket [DN].
-    below_dn, above_dn
-        The neighbouring levels of the grid; None where there is none [DN].
     flags
         ``adc-limited`` where the converter is the limit, ``lower-bound`` where the frames do not reach saturation.
 
     """
 
     signal: Measured
-    below_dn: float | None
-    above_dn: float | None
     flags: tuple[str, ...]
 
 
@@ -68,12 +64,12 @@ def temporal_variance_peak(
     """
     signal, variance, clipped = _sorted(signal_dn, variance_dn2, clipped_fraction)
     peak = int(np.argmax(variance))
-    below = float(signal[peak - 1]) if peak > 0 else None
     last = peak == signal.size - 1
+    below = None if last or peak == 0 else float(signal[peak - 1])
     above = ceiling_dn if last else float(signal[peak + 1])
     adc_limited = not last and bool(clipped[peak + 1 :].max() > ADC_LIMITED)
     flags = (*((_ADC_FLAG,) if adc_limited else ()), *((_LOWER_BOUND,) if last else ()))
-    return _bracketed(float(signal[peak]), None if last else below, above, below=below, flags=flags)
+    return _bracketed(float(signal[peak]), below, above, flags=flags)
 
 
 def plateau(
@@ -105,8 +101,6 @@ def plateau(
     error = float(np.asarray(std_error_dn, np.float64)[-1])
     return SaturationLevel(
         signal=Measured.normal(float(signal[-1]), error, DN),
-        below_dn=float(signal[-2]),
-        above_dn=None,
         flags=(_ADC_FLAG,) if limited else (),
     )
 
@@ -139,20 +133,17 @@ def last_consistent_level(
     last = at == signal.size - 1
     above = ceiling_dn if last else float(signal[at + 1])
     flags = (_LOWER_BOUND,) if last else ()
-    below = float(signal[at - 1]) if at > 0 else None
-    return _bracketed(float(signal[at]), None if last else float(signal[at]), above, below=below, flags=flags)
+    return _bracketed(float(signal[at]), None, above, flags=flags)
 
 
-def _bracketed(
-    value: float, low: float | None, high: float | None, *, below: float | None, flags: tuple[str, ...]
-) -> SaturationLevel:
+def _bracketed(value: float, low: float | None, high: float | None, *, flags: tuple[str, ...]) -> SaturationLevel:
     """Return a level whose interval is its bracket; an open bracket starts at the level itself."""
     bottom = value if low is None else low
     if high is None or high < value:
         measured = Measured.exact(value, DN)
     else:
         measured = Measured.interval(value, (high - bottom) / math.sqrt(12.0), (bottom, high), DN)
-    return SaturationLevel(signal=measured, below_dn=below, above_dn=high, flags=flags)
+    return SaturationLevel(signal=measured, flags=flags)
 
 
 def _sorted(*columns: ArrayLike) -> tuple[np.ndarray, ...]:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fullwell.figures.ratios import Ratio, ratio
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.model.photon_transfer import noise_variance, signal_to_noise
 from fullwell.units import Measured, combined_dof
 
@@ -29,14 +28,18 @@ class SnrMaximum:
     shot_only: Ratio
 
 
-def snr_curve(signal_dn: ArrayLike, coefficients: Array) -> NDArray[np.float64]:
+def snr_curve(signal_dn: ArrayLike, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the model's signal-to-noise ratio at signals above the black level, A, B, C as in `dynamic_range`."""
     dark, shot, fixed = (float(value) for value in coefficients)
     return signal_to_noise(signal_dn, dark=dark, shot=shot, fixed_pattern=fixed)
 
 
 def snr_maximum(
-    coefficients: Array, covariance: Array, saturation: Measured, *, dof: float | None = None
+    coefficients: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    saturation: Measured,
+    *,
+    dof: float | None = None,
 ) -> SnrMaximum:
     """Return the signal-to-noise ratio at saturation (METHOD 7).
 

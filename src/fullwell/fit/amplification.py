@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fullwell.fit.goodness import fit_checked
+from fullwell.fit.goodness import CheckedFit, fit_checked
 from fullwell.model.quantization import quantization_variance
-from fullwell.units import DN, DN2, Measured, square_root
+from fullwell.units import DN2, Measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,25 +19,18 @@ class AmplifierNoise:
 
     Parameters
     ----------
-    pre
-        Noise before the amplifier, referred to its output at g = 1 [DN].
-    post
-        Noise after it, quantization removed [DN].
-    pre_variance, post_variance
-        Their signed squares [DN^2].
+    pre_variance
+        Square of the noise before the amplifier, referred to its output at g = 1, signed [DN^2].
+    post_variance
+        Square of the noise after it, quantization removed, signed [DN^2].
     misfit
         Whether the deviance lies beyond its 99 % point.
-    residuals
-        Signed deviance of each point, shape (n,).
 
     """
 
-    pre: Measured
-    post: Measured
     pre_variance: Measured
     post_variance: Measured
     misfit: bool
-    residuals: np.ndarray
 
 
 def fit_amplifier_noise(
@@ -54,7 +47,7 @@ def fit_amplifier_noise(
     dof
         Degrees of freedom of each: 2 variance^2 / std_error^2.
     quantization_step
-        Distance of two codes q [DN]; q^2/12 is taken off ``post``.
+        Distance of two codes q [DN]; q^2/12 is taken off the noise after the amplifier.
 
     Raises
     ------
@@ -66,21 +59,17 @@ def fit_amplifier_noise(
     if np.unique(squared).size < 2:
         raise ValueError("noise before and after the amplifier shows only at two or more ISOs")
     checked = fit_checked(
+        CheckedFit,
         np.stack([np.ones_like(squared), squared], axis=-1),
         np.asarray(variance_dn2, np.float64),
         np.asarray(dof, np.float64),
         low_signal=None,
         reject_outliers=False,
     )
-    error = np.sqrt(np.diagonal(checked.covariance))
-    after = float(checked.fit.coefficients[0]) - quantization_variance(quantization_step)
-    post = Measured.student(after, float(error[0]), checked.dof, DN2)
-    pre = Measured.student(float(checked.fit.coefficients[1]), float(error[1]), checked.dof, DN2)
+    after = checked.coefficient(0, DN2)
+    rounding = quantization_variance(quantization_step)
     return AmplifierNoise(
-        pre=square_root(pre, DN),
-        post=square_root(post, DN),
-        pre_variance=pre,
-        post_variance=post,
+        pre_variance=checked.coefficient(1, DN2),
+        post_variance=Measured.student(after.value - rounding, after.std_error or 0.0, after.dof, DN2),
         misfit=checked.misfit,
-        residuals=checked.residuals,
     )

@@ -58,7 +58,7 @@ class FusedLevel:
     ----------
     measured
         The level to use [DN].
-    q, q_dof, p_value
+    p_value
         Homogeneity of all evidence.
     consistent
         Whether it agrees.
@@ -73,8 +73,6 @@ class FusedLevel:
     """
 
     measured: Measured
-    q: float
-    q_dof: int
     p_value: float
     consistent: bool
     preferred: tuple[str, ...]
@@ -108,8 +106,6 @@ def fuse(evidence: Sequence[Evidence]) -> FusedLevel:
     chosen = list(evidence) if consistent else _most_trusted(evidence)
     return FusedLevel(
         measured=weighted_mean([piece.measured for piece in chosen]).measured,
-        q=pooled.q,
-        q_dof=pooled.q_dof,
         p_value=pooled.p_value,
         consistent=consistent,
         preferred=tuple(piece.method for piece in chosen),

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.units import DN, Measured
 
 MAX_CLIPPED: Final = 1e-3
@@ -36,8 +35,6 @@ class CensoredNormal:
         Of the noise before clipping [DN].
     noise
         Standard deviation before clipping and rounding [DN].
-    covariance
-        Of (mean, log noise), from the Fisher information, shape (2, 2).
     converged
         Whether the likelihood stood still.
 
@@ -45,7 +42,6 @@ class CensoredNormal:
 
     mean: Measured
     noise: Measured
-    covariance: Array
     converged: bool
 
 
@@ -68,7 +64,7 @@ def fit_censored_normal(
     Returns
     -------
     CensoredNormal
-        Its errors take every count as independent.
+        Its errors are those of the Fisher information and take every count as independent.
 
     Raises
     ------
@@ -86,12 +82,11 @@ def fit_censored_normal(
     if clipped_high:
         upper[-1] = np.inf
     parameters, information, converged = _maximize(cells, lower, upper)
-    covariance = np.linalg.inv(information)
+    mean_error, log_noise_error = (float(error) for error in np.sqrt(np.diagonal(np.linalg.inv(information))))
     noise = float(np.exp(parameters[1])) * step
     return CensoredNormal(
-        mean=Measured.normal(first_code + step * float(parameters[0]), step * float(np.sqrt(covariance[0, 0])), DN),
-        noise=Measured.normal(noise, noise * float(np.sqrt(covariance[1, 1])), DN),
-        covariance=covariance * np.outer([step, 1.0], [step, 1.0]),
+        mean=Measured.normal(first_code + step * float(parameters[0]), step * mean_error, DN),
+        noise=Measured.normal(noise, noise * log_noise_error, DN),
         converged=converged,
     )
 
@@ -163,16 +158,18 @@ def _fit_body(cells: NDArray[np.int64]) -> CensoredNormal:
     return fit_censored_normal(0, pooled, clipped_low=True, clipped_high=True)
 
 
-def _maximize(cells: Array, lower: Array, upper: Array) -> tuple[Array, Array, bool]:
+def _maximize(
+    cells: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Fisher scoring on (mean, log noise), in codes from the first one; steps are halved until they climb."""
     total = float(cells.sum())
     codes = np.arange(cells.size, dtype=np.float64)
     mean = float(cells @ codes) / total
     spread = float(np.sqrt(max(cells @ (codes - mean) ** 2 / total, 0.05)))
-    parameters: Array = np.array([mean, np.log(spread)], np.float64)
+    parameters: NDArray[np.float64] = np.array([mean, np.log(spread)], np.float64)
     likelihood, score, information = _likelihood(parameters, cells, lower, upper)
     for _ in range(200):
-        step: Array = np.asarray(np.linalg.solve(information, score), np.float64)
+        step: NDArray[np.float64] = np.asarray(np.linalg.solve(information, score), np.float64)
         step /= max(1.0, abs(step[0]) / (2.0 * np.exp(parameters[1])), abs(step[1]) / 0.7)
         if float(step @ information @ step) < _STILL:
             return parameters, information, True
@@ -189,7 +186,9 @@ def _maximize(cells: Array, lower: Array, upper: Array) -> tuple[Array, Array, b
     return parameters, information, False
 
 
-def _likelihood(parameters: Array, cells: Array, lower: Array, upper: Array) -> tuple[float, Array, Array]:
+def _likelihood(
+    parameters: NDArray[np.float64], cells: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64]
+) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
     """Return the log-likelihood, its gradient and the Fisher information; safe however far out a cell lies."""
     noise = np.exp(parameters[1])
     low, high = (lower - parameters[0]) / noise, (upper - parameters[0]) / noise
@@ -206,7 +205,7 @@ def _likelihood(parameters: Array, cells: Array, lower: Array, upper: Array) -> 
     )
 
 
-def _log_normal_mass(low: Array, high: Array) -> Array:
+def _log_normal_mass(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return ln(Phi(high) - Phi(low)), taken in the tail where the difference does not cancel."""
     mirrored = low > 0.0
     near = np.where(mirrored, -low, high)
@@ -216,11 +215,11 @@ def _log_normal_mass(low: Array, high: Array) -> Array:
         return log_near + np.log1p(-np.exp(np.minimum(log_far - log_near, -1e-300)))
 
 
-def _density_over_mass(edge: Array, log_mass: Array) -> Array:
+def _density_over_mass(edge: NDArray[np.float64], log_mass: NDArray[np.float64]) -> NDArray[np.float64]:
     with np.errstate(over="ignore", invalid="ignore"):
         log_density = -0.5 * edge**2 - 0.5 * np.log(2.0 * np.pi)
     return np.exp(np.minimum(log_density - log_mass, 700.0))
 
 
-def _times(edge: Array, density: Array) -> Array:
+def _times(edge: NDArray[np.float64], density: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.isinf(edge), 0.0, edge) * density

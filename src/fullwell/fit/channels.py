@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.fit.photon_transfer import PhotonTransferFit, fit_photon_transfer
 
 
@@ -32,10 +32,10 @@ class ChannelPoints:
 
     """
 
-    signal_dn: Array
-    variance_dn2: Array
-    dof: Array
-    n: Array
+    signal_dn: NDArray[np.float64]
+    variance_dn2: NDArray[np.float64]
+    dof: NDArray[np.float64]
+    n: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

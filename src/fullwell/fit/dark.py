@@ -10,10 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import fdtrc
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.solvers import levenberg_marquardt
 from fullwell.units import DN, DN_PER_SECOND, ELECTRON_PER_SECOND, Measured, combined_dof, student_975
@@ -43,7 +42,7 @@ class DarkLine:
     intercept: Measured
     resolvable_slope_dn_per_s: float | None
     exposure_for_10_percent_s: float | None
-    residuals: Array
+    residuals: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,16 +51,13 @@ class BurstEffect:
 
     Parameters
     ----------
-    f_ratio
-        Mean square of burst means about the line over mean square within bursts; about 1 without drift.
     p_value
-        Chance of a larger ratio without drift.
+        Chance of a larger ratio of the mean squares, about the line over within bursts, without drift.
     intraburst_correlation
         Share of the variance that frames of a burst have in common.
 
     """
 
-    f_ratio: float
     p_value: float
     intraburst_correlation: float
 
@@ -76,8 +72,6 @@ class DarkVarianceSlope:
         Slope of the variance over K^2 [e-/s].
     dn
         Slope of the variance over K [DN/s].
-    variance_slope
-        Slope of the variance itself [DN^2/s].
     misfit
         Whether the variance does not grow along a line.
 
@@ -85,7 +79,6 @@ class DarkVarianceSlope:
 
     electrons: Measured
     dn: Measured
-    variance_slope: Measured
     misfit: bool
 
 
@@ -168,7 +161,7 @@ def fit_dark_line(
     return _dark_line((intercept, slope), covariance, slope_dof, time, residuals)
 
 
-def burst_effect(exposure_s: ArrayLike, frame_means_dn: Sequence[Array]) -> BurstEffect:
+def burst_effect(exposure_s: ArrayLike, frame_means_dn: Sequence[NDArray[np.float64]]) -> BurstEffect:
     """Test whether frames of a burst drift together (METHOD 4.1).
 
     Parameters
@@ -193,10 +186,9 @@ def burst_effect(exposure_s: ArrayLike, frame_means_dn: Sequence[Array]) -> Burs
     between = float(sizes @ line.residuals**2) / between_dof
     within = sum(float(np.sum((means - means.mean()) ** 2)) for means in frame_means_dn) / within_dof
     if within <= 0.0:
-        return BurstEffect(f_ratio=math.inf, p_value=0.0, intraburst_correlation=1.0)
+        return BurstEffect(p_value=0.0, intraburst_correlation=1.0)
     shared = max(between - within, 0.0)
     return BurstEffect(
-        f_ratio=between / within,
         p_value=float(fdtrc(between_dof, within_dof, between / within)),
         intraburst_correlation=shared / (shared + float(sizes.mean()) * within),
     )
@@ -224,7 +216,6 @@ def fit_dark_variance_slope(
     return DarkVarianceSlope(
         electrons=_over_power(slope, system_gain, 2, ELECTRON_PER_SECOND),
         dn=_over_power(slope, system_gain, 1, DN_PER_SECOND),
-        variance_slope=slope,
         misfit=fit.misfit,
     )
 
@@ -261,10 +252,10 @@ def fit_doubling_temperature(
         raise ValueError("a doubling temperature needs two or more dark currents above their errors")
     rate, start = np.polyfit(degrees[usable], np.log2(current[usable]), 1, w=(current / error)[usable])
 
-    def residuals(parameters: Array) -> Array:
+    def residuals(parameters: NDArray[np.float64]) -> NDArray[np.float64]:
         return (np.exp2(parameters[0] + parameters[1] * degrees) - current) / error
 
-    def jacobian(parameters: Array) -> Array:
+    def jacobian(parameters: NDArray[np.float64]) -> NDArray[np.float64]:
         by_level = math.log(2.0) * np.exp2(parameters[0] + parameters[1] * degrees) / error
         return np.stack([by_level, by_level * degrees], axis=-1)
 
@@ -279,7 +270,11 @@ def fit_doubling_temperature(
 
 
 def _dark_line(
-    line: tuple[float, float], covariance: Array | None, dof: float | None, time: Array, residuals: Array
+    line: tuple[float, float],
+    covariance: NDArray[np.float64] | None,
+    dof: float | None,
+    time: NDArray[np.float64],
+    residuals: NDArray[np.float64],
 ) -> DarkLine:
     intercept, slope = line
     if covariance is None:

@@ -12,8 +12,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
 MAX_ITERATIONS: Final = 200
 _TOLERANCE: Final = 1e-9
 """Largest step of a coefficient at convergence, in standard errors."""
@@ -40,19 +38,19 @@ class GammaFit:
 
     """
 
-    coefficients: Array
-    covariance: Array
-    predicted: Array
-    effective_dof: Array
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    effective_dof: NDArray[np.float64]
     converged: NDArray[np.bool_]
 
 
 def fit_gamma(
-    design: Array,
-    response: Array,
-    dof: Array,
+    design: NDArray[np.float64],
+    response: NDArray[np.float64],
+    dof: NDArray[np.float64],
     *,
-    low_signal: Array | None = None,
+    low_signal: NDArray[np.float64] | None = None,
     used: NDArray[np.bool_] | None = None,
 ) -> GammaFit:
     """Fit ``response`` = ``design`` @ coefficients, where each response is a variance estimate (METHOD 1.2, 1.3).
@@ -109,13 +107,17 @@ def fit_gamma(
     )
 
 
-def signed_deviance(response: Array, predicted: Array, dof: Array) -> Array:
+def signed_deviance(
+    response: NDArray[np.float64], predicted: NDArray[np.float64], dof: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the signed residual r = +-sqrt(nu (q - 1 - ln q)), q = s^2 / mu, about standard normal (METHOD 1.8)."""
     ratio = np.maximum(response / predicted, 1e-12)
     return np.sign(ratio - 1.0) * np.sqrt(np.maximum(dof * (ratio - 1.0 - np.log(ratio)), 0.0))
 
 
-def _weighted_least_squares(design: Array, response: Array, weights: Array) -> tuple[Array, Array]:
+def _weighted_least_squares(
+    design: NDArray[np.float64], response: NDArray[np.float64], weights: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the coefficients and X' W X, its columns equilibrated while solving."""
     weighted = design * weights[..., None]
     information = np.einsum("...np,...nq->...pq", weighted, design)
@@ -126,12 +128,12 @@ def _weighted_least_squares(design: Array, response: Array, weights: Array) -> t
     return solution * scale, information
 
 
-def _column_scale(information: Array) -> Array:
+def _column_scale(information: NDArray[np.float64]) -> NDArray[np.float64]:
     diagonal = np.diagonal(information, axis1=-2, axis2=-1)
     return 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
 
 
-def _inverse(information: Array) -> Array:
+def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64]:
     scale = _column_scale(information)
     scaled = information * scale[..., :, None] * scale[..., None, :]
     return np.linalg.inv(scaled) * scale[..., :, None] * scale[..., None, :]

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
-from fullwell.fit.gamma_likelihood import Array, GammaFit, fit_gamma, signed_deviance
+from fullwell.fit.gamma_likelihood import GammaFit, fit_gamma, signed_deviance
+from fullwell.units import Measured
 
 OUTLIER: Final = 4.0
 """Largest |r| of a point that is kept, in units of the residuals' robust scale where that exceeds 1."""
@@ -24,12 +25,12 @@ class CheckedFit:
 
     Parameters
     ----------
-    fit
-        The fit to the used points.
+    coefficients
+        Shape (p,).
     covariance
-        Of the coefficients; scaled by deviance / deviance_dof where ``misfit``.
+        Of the coefficients, shape (p, p); scaled by deviance / deviance_dof where ``misfit``.
     deviance, deviance_dof
-        Of the used points.
+        Of the used points, about chi-square.
     misfit
         Whether the deviance lies beyond its 99 % point.
     residuals
@@ -39,12 +40,12 @@ class CheckedFit:
 
     """
 
-    fit: GammaFit
-    covariance: Array
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
     deviance: float
     deviance_dof: int
     misfit: bool
-    residuals: Array
+    residuals: NDArray[np.float64]
     used: NDArray[np.bool_]
 
     @property
@@ -52,14 +53,28 @@ class CheckedFit:
         """Return the degrees of freedom of the errors: None unless they come from the residuals."""
         return float(self.deviance_dof) if self.misfit else None
 
+    def coefficient(self, index: int, unit: str) -> Measured:
+        """Return one coefficient with its error."""
+        std_error = float(np.sqrt(self.covariance[index, index]))
+        return Measured.student(float(self.coefficients[index]), std_error, self.dof, unit)
+
+
+Fit = TypeVar("Fit", bound=CheckedFit)
+
 
 def fit_checked(
-    design: Array, response: Array, dof: Array, *, low_signal: Array | None, reject_outliers: bool
-) -> CheckedFit:
+    kind: type[Fit],
+    design: NDArray[np.float64],
+    response: NDArray[np.float64],
+    dof: NDArray[np.float64],
+    *,
+    low_signal: NDArray[np.float64] | None,
+    reject_outliers: bool,
+) -> Fit:
     """Fit one data set; drop the worst point while its |r| exceeds 4, at most 10 % of the points (METHOD 1.8).
 
     Points without a variance above zero or without degrees of freedom have no gamma law: they take no part, and their
-    residual is NaN.
+    residual is NaN. The fit that comes back is of the ``kind`` asked for.
     """
     coefficients = design.shape[-1]
     lawful = np.isfinite(response) & (response > 0.0) & (dof > 0.0)
@@ -67,7 +82,7 @@ def fit_checked(
         raise ValueError(f"{coefficients} coefficients need as many different levels with a variance above zero")
     response, dof = np.where(lawful, response, 1.0), np.where(lawful, dof, 1.0)
 
-    def fitted(used: NDArray[np.bool_]) -> tuple[GammaFit, Array]:
+    def fitted(used: NDArray[np.bool_]) -> tuple[GammaFit, NDArray[np.float64]]:
         fit = fit_gamma(design, response, dof, low_signal=low_signal, used=used)
         residuals = signed_deviance(response, fit.predicted, fit.effective_dof)
         return fit, np.where(lawful, residuals, np.nan)
@@ -79,8 +94,8 @@ def fit_checked(
     deviance = float(np.sum(residuals[used] ** 2))
     deviance_dof = int(used.sum()) - coefficients
     misfit = is_misfit(deviance, deviance_dof)
-    return CheckedFit(
-        fit=fit,
+    return kind(
+        coefficients=fit.coefficients,
         covariance=fit.covariance * (deviance / deviance_dof if misfit else 1.0),
         deviance=deviance,
         deviance_dof=deviance_dof,
@@ -96,8 +111,8 @@ def is_misfit(deviance: float, dof: int) -> bool:
 
 
 def _without_outliers(
-    fitted: Callable[[NDArray[np.bool_]], tuple[GammaFit, Array]], used: NDArray[np.bool_], *, keep: int
-) -> tuple[NDArray[np.bool_], GammaFit, Array]:
+    fitted: Callable[[NDArray[np.bool_]], tuple[GammaFit, NDArray[np.float64]]], used: NDArray[np.bool_], *, keep: int
+) -> tuple[NDArray[np.bool_], GammaFit, NDArray[np.float64]]:
     """Drop one point at a time; in large sets half a percent at a time, which leaves the same points.
 
     Where the model fits nowhere, every |r| is large and none is an outlier: dropping the largest would only hide the
@@ -119,5 +134,5 @@ def _without_outliers(
     return used, fit, residuals
 
 
-def _robust_scale(sizes: Array) -> float:
+def _robust_scale(sizes: NDArray[np.float64]) -> float:
     return max(1.0, 1.4826 * float(np.median(sizes)))

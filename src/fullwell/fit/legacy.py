@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.fit.solvers import levenberg_marquardt
 from fullwell.statistics.series import LegacyBurst
 from fullwell.units import DN, DN_PER_SECOND, ONE, Measured
@@ -28,8 +27,6 @@ class LegacyNoiseCoefficients:
     ----------
     k_dark, k_shot, k_fpn
         Of the normalized signal V = S / D.
-    digital_maximum
-        D [DN].
     fixed_pattern_dropped
         Whether the second stage, without k_fpn, was taken.
 
@@ -38,7 +35,6 @@ class LegacyNoiseCoefficients:
     k_dark: Measured
     k_shot: Measured
     k_fpn: Measured
-    digital_maximum: float
     fixed_pattern_dropped: bool
 
 
@@ -106,7 +102,6 @@ def fit_legacy_imatest(
         k_dark=Measured.exact(abs(full[0]), ONE),
         k_shot=Measured.exact(abs(full[1]), ONE),
         k_fpn=Measured.exact(full[2], ONE),
-        digital_maximum=digital_maximum,
         fixed_pattern_dropped=dropped,
     )
 
@@ -132,14 +127,19 @@ def legacy_offset_ratio(lowest_dn: float, highest_dn: float, *, ratio: float = 1
     return Measured.exact((highest_dn - ratio * lowest_dn) / (1.0 - ratio), DN)
 
 
-def _fit_k(start: Array, powers: Array, variance: Array, objective: Literal["variance", "sigma"]) -> Array:
+def _fit_k(
+    start: NDArray[np.float64],
+    powers: NDArray[np.float64],
+    variance: NDArray[np.float64],
+    objective: Literal["variance", "sigma"],
+) -> NDArray[np.float64]:
     noise = np.sqrt(variance)
 
-    def residuals(k: Array) -> Array:
+    def residuals(k: NDArray[np.float64]) -> NDArray[np.float64]:
         model = powers @ k**2
         return np.sqrt(model) - noise if objective == "sigma" else (model - variance) / noise
 
-    def jacobian(k: Array) -> Array:
+    def jacobian(k: NDArray[np.float64]) -> NDArray[np.float64]:
         by_k = 2.0 * powers * k
         divisor = 2.0 * np.sqrt(powers @ k**2) if objective == "sigma" else noise
         return by_k / divisor[:, None]

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.units import ONE, Measured, square_root, student_975
 
@@ -63,8 +62,8 @@ class FixedPatternTest:
 
 
 def k_coefficients(
-    coefficients: Array,
-    covariance: Array,
+    coefficients: NDArray[np.float64],
+    covariance: NDArray[np.float64],
     *,
     digital_maximum: float,
     convention: str,
@@ -106,7 +105,7 @@ def k_coefficients(
     )
 
 
-def dark_sensitivity_to_offset(coefficients: Array) -> float:
+def dark_sensitivity_to_offset(coefficients: NDArray[np.float64]) -> float:
     """Return d ln k_dark / d b = B / (2 A) [1/DN]: what an offset does to k_dark, unseen by any fit (METHOD 2.1).
 
     Examples

@@ -5,53 +5,19 @@
 (METHOD 1.4; preferred where there are bursts).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.fit.goodness import CheckedFit, fit_checked
 from fullwell.units import DN2, DN_PER_ELECTRON, ONE, Measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PhotonTransferFit:
-    """variance = A + B S + C S^2, fitted.
-
-    Parameters
-    ----------
-    coefficients
-        A [DN^2], B [DN/e-] and, with three terms, C [1]; shape (terms,).
-    covariance
-        Shape (terms, terms); scaled by deviance / deviance_dof where ``misfit``.
-    deviance, deviance_dof
-        Goodness of fit of the used points, about chi-square.
-    misfit
-        Deviance beyond its 99 % point.
-    dof
-        Degrees of freedom of the errors: None, or ``deviance_dof`` where they were scaled by the residuals.
-    residuals
-        Signed deviance of every point, shape (N,).
-    used
-        Points that were kept, shape (N,).
-
-    """
-
-    coefficients: Array
-    covariance: Array
-    deviance: float
-    deviance_dof: int
-    misfit: bool
-    dof: float | None
-    residuals: Array
-    used: NDArray[np.bool_]
-
-    def coefficient(self, index: int, unit: str) -> Measured:
-        """Return one coefficient with its error."""
-        std_error = float(np.sqrt(self.covariance[index, index]))
-        return Measured.student(float(self.coefficients[index]), std_error, self.dof, unit)
+class TransferFit(CheckedFit):
+    """What every photon transfer fit has: the temporal variance A + B S."""
 
     @property
     def system_gain(self) -> Measured:
@@ -63,55 +29,26 @@ class PhotonTransferFit:
         """Return A, the variance without signal, quantization included [DN^2]."""
         return self.coefficient(0, DN2)
 
-    @property
-    def curvature(self) -> Measured:
-        """Return C [1]; exactly zero where the fit has two terms."""
-        return self.coefficient(2, ONE) if self.coefficients.size > 2 else Measured.exact(0.0, ONE)
 
-    def single_frame(self) -> tuple[Array, Array]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhotonTransferFit(TransferFit):
+    """variance = A + B S + C S^2, fitted: ``coefficients`` are A [DN^2], B [DN/e-] and, with three terms, C [1]."""
+
+    def single_frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return A, B, C and their covariance, shapes (3,) and (3, 3); C is zero where the fit has two terms."""
         coefficients, covariance = np.zeros(3), np.zeros((3, 3))
         terms = self.coefficients.size
         coefficients[:terms], covariance[:terms, :terms] = self.coefficients, self.covariance
         return coefficients, covariance
 
-    def predict(self, signal_dn: ArrayLike) -> Array:
-        """Return the fitted variance at a signal [DN^2]."""
-        signal = np.asarray(signal_dn, np.float64)
-        return photon_transfer_design(signal, terms=self.coefficients.size) @ self.coefficients
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BurstPhotonTransferFit:
+class BurstPhotonTransferFit(TransferFit):
     """Temporal variance A + B S and spatial variance (A + B S) / L + C S^2 + E of L-frame bursts, fitted together.
 
-    Fields as in `PhotonTransferFit`, but ``coefficients`` are A [DN^2], B [DN/e-], C = PRNU^2 [1], E = DSNU^2 [DN^2],
-    and ``residuals`` and ``used`` have shape (2, N): temporal, spatial.
+    ``coefficients`` are A [DN^2], B [DN/e-], C = PRNU^2 [1], E = DSNU^2 [DN^2]; ``residuals`` and ``used`` have shape
+    (2, N): temporal, spatial.
     """
-
-    coefficients: Array
-    covariance: Array
-    deviance: float
-    deviance_dof: int
-    misfit: bool
-    dof: float | None
-    residuals: Array
-    used: NDArray[np.bool_]
-
-    def coefficient(self, index: int, unit: str) -> Measured:
-        """Return one coefficient with its error."""
-        std_error = float(np.sqrt(self.covariance[index, index]))
-        return Measured.student(float(self.coefficients[index]), std_error, self.dof, unit)
-
-    @property
-    def system_gain(self) -> Measured:
-        """Return B [DN/e-]."""
-        return self.coefficient(1, DN_PER_ELECTRON)
-
-    @property
-    def intercept(self) -> Measured:
-        """Return A, the temporal variance without signal, quantization included [DN^2]."""
-        return self.coefficient(0, DN2)
 
     @property
     def prnu_variance(self) -> Measured:
@@ -123,7 +60,7 @@ class BurstPhotonTransferFit:
         """Return E, the squared dark-signal non-uniformity, signed [DN^2]."""
         return self.coefficient(3, DN2)
 
-    def single_frame(self) -> tuple[Array, Array]:
+    def single_frame(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return A + E, B, C of one frame and their covariance, shapes (3,) and (3, 3)."""
         collect = np.array([[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
         return collect @ self.coefficients, collect @ self.covariance @ collect.T
@@ -167,26 +104,17 @@ def fit_photon_transfer(
 
     """
     signal, variance = _points(signal_dn, variance_dn2, coefficients=terms)
-    checked = fit_checked(
+    return fit_checked(
+        PhotonTransferFit,
         photon_transfer_design(signal, terms=terms),
         variance,
         _each(dof, signal),
         low_signal=None if n is None else 1.0 / _each(n, signal),
         reject_outliers=reject_outliers,
     )
-    return PhotonTransferFit(
-        coefficients=checked.fit.coefficients,
-        covariance=checked.covariance,
-        deviance=checked.deviance,
-        deviance_dof=checked.deviance_dof,
-        misfit=checked.misfit,
-        dof=checked.dof,
-        residuals=checked.residuals,
-        used=checked.used,
-    )
 
 
-def photon_transfer_design(signal_dn: Array, *, terms: int) -> Array:
+def photon_transfer_design(signal_dn: NDArray[np.float64], *, terms: int) -> NDArray[np.float64]:
     """Return the columns 1, S (, S^2), shape (..., N, terms)."""
     return np.stack([signal_dn**power for power in range(terms)], axis=-1)
 
@@ -244,26 +172,25 @@ def fit_burst_photon_transfer(
     if n is not None:
         share = 1.0 / _each(n, signal)
         low_signal = np.concatenate([share, share / per_point**2])
-    checked = fit_checked(
+    fit = fit_checked(
+        BurstPhotonTransferFit,
         burst_design(signal, per_point, signal**2 if mean_square_dn2 is None else _each(mean_square_dn2, signal)),
         np.concatenate([temporal, _each(spatial_variance_dn2, signal)]),
         np.concatenate([_each(temporal_dof, signal), _each(spatial_dof, signal)]),
         low_signal=low_signal,
         reject_outliers=reject_outliers,
     )
-    return BurstPhotonTransferFit(
-        coefficients=checked.fit.coefficients,
-        covariance=checked.covariance + _pattern_covariance(checked, pattern_pixels),
-        deviance=checked.deviance,
-        deviance_dof=checked.deviance_dof,
-        misfit=checked.misfit,
-        dof=checked.dof,
-        residuals=checked.residuals.reshape(2, -1),
-        used=checked.used.reshape(2, -1),
+    return replace(
+        fit,
+        covariance=fit.covariance + _pattern_covariance(fit, pattern_pixels),
+        residuals=fit.residuals.reshape(2, -1),
+        used=fit.used.reshape(2, -1),
     )
 
 
-def burst_design(signal_dn: Array, frames: Array, mean_square_dn2: Array) -> Array:
+def burst_design(
+    signal_dn: NDArray[np.float64], frames: NDArray[np.float64], mean_square_dn2: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the columns for A, B, C, E: temporal rows first, then spatial rows; shape (..., 2 N, 4)."""
     one, none = np.ones_like(signal_dn), np.zeros_like(signal_dn)
     temporal = np.stack([one, signal_dn, none, none], axis=-1)
@@ -271,15 +198,17 @@ def burst_design(signal_dn: Array, frames: Array, mean_square_dn2: Array) -> Arr
     return np.concatenate([temporal, spatial], axis=-2)
 
 
-def _pattern_covariance(checked: CheckedFit, pattern_pixels: float | None) -> Array:
+def _pattern_covariance(fit: CheckedFit, pattern_pixels: float | None) -> NDArray[np.float64]:
     """Return the variance that one draw of the pattern adds to C and E."""
     if pattern_pixels is None:
         return np.zeros((4, 4))
-    pattern = np.where([False, False, True, True], checked.fit.coefficients, 0.0)
+    pattern = np.where([False, False, True, True], fit.coefficients, 0.0)
     return np.diag(2.0 * pattern**2 / pattern_pixels)
 
 
-def _points(signal_dn: ArrayLike, variance_dn2: ArrayLike, *, coefficients: int) -> tuple[Array, Array]:
+def _points(
+    signal_dn: ArrayLike, variance_dn2: ArrayLike, *, coefficients: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     signal = np.atleast_1d(np.asarray(signal_dn, np.float64))
     variance = np.atleast_1d(np.asarray(variance_dn2, np.float64))
     if signal.size < coefficients:
@@ -287,5 +216,5 @@ def _points(signal_dn: ArrayLike, variance_dn2: ArrayLike, *, coefficients: int)
     return signal, variance
 
 
-def _each(values: ArrayLike, signal: Array) -> Array:
+def _each(values: ArrayLike, signal: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.broadcast_to(np.asarray(values, np.float64), signal.shape)

@@ -26,18 +26,12 @@ class WeightedMean:
     ----------
     measured
         The mean.
-    q
-        Sum of squared deviations over squared errors.
-    q_dof
-        One less than the number of measurements.
     p_value
         Chance of a larger disagreement if all measure the same quantity (Welch).
 
     """
 
     measured: Measured
-    q: float
-    q_dof: int
     p_value: float
 
 
@@ -68,8 +62,6 @@ def weighted_mean(measurements: Sequence[Measured]) -> WeightedMean:
             combined_dof(*zip((share * error).tolist(), dof.tolist(), strict=True)),
             unit,
         ),
-        q=q,
-        q_dof=len(measurements) - 1,
         p_value=_welch_p(q, share, dof),
     )
 

@@ -4,9 +4,8 @@ from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
-
-from fullwell.fit.gamma_likelihood import Array
 
 
 def root_between(function: Callable[[float], float], low: float, high: float) -> float:
@@ -16,8 +15,10 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
 
 
 def levenberg_marquardt(
-    residuals: Callable[[Array], Array], jacobian: Callable[[Array], Array], start: Array
-) -> tuple[Array, Array, float]:
+    residuals: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    start: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Minimize a sum of squares.
 
     Returns

@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import chdtri, fdtrc
+from numpy.typing import NDArray
+from scipy.special import chdtri
 
-from fullwell.fit.gamma_likelihood import Array
 from fullwell.statistics.series import MeanSquares
 from fullwell.units import DN2, Measured, combined_dof
 
 EFFECTS: Final = ("t", "v", "h", "tv", "th", "vh", "tvh")
-MANY: Final = 1e4
-"""Degrees of freedom above which the normal holds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,21 +58,11 @@ class GrandMeanVariance:
     temporal
         As an estimate of the level of this sensor, its fixed pattern included: the scatter of the frame means,
         T - 1 degrees of freedom.
-    temporal_without_frame_noise
-        The same where whole frames do not move: from row, column and pixel noise, many degrees of freedom. Too small
-        where ``frame_noise_ratio`` is significant.
-    frame_noise_ratio
-        ``temporal`` over ``temporal_without_frame_noise``: about F-distributed where whole frames do not move.
-    frame_noise_p
-        Chance of a larger ratio where whole frames do not move.
 
     """
 
     total: Measured
     temporal: Measured
-    temporal_without_frame_noise: Measured
-    frame_noise_ratio: float
-    frame_noise_p: float
 
 
 def degrees_of_freedom(shape: tuple[int, int, int]) -> Mapping[str, int]:
@@ -156,18 +144,9 @@ def grand_mean_variance(mean_squares: MeanSquares, shape: tuple[int, int, int]) 
 
     """
     values = int(np.prod(shape))
-    total = combined(mean_squares, shape, _over(values, t=1, v=1, h=1, tv=-1, th=-1, vh=-1, tvh=1))
-    temporal = combined(mean_squares, shape, _over(values, t=1))
-    still = combined(mean_squares, shape, _over(values, tv=1, th=1, tvh=-1))
-    if still.value <= 0.0:
-        still = combined(mean_squares, shape, _over(values, tvh=1))
-    ratio = temporal.value / still.value if still.value > 0.0 else 1.0
     return GrandMeanVariance(
-        total=total,
-        temporal=temporal,
-        temporal_without_frame_noise=still,
-        frame_noise_ratio=ratio,
-        frame_noise_p=float(fdtrc(shape[0] - 1, still.dof or MANY, ratio)),
+        total=combined(mean_squares, shape, _over(values, t=1, v=1, h=1, tv=-1, th=-1, vh=-1, tvh=1)),
+        temporal=combined(mean_squares, shape, _over(values, t=1)),
     )
 
 
@@ -219,7 +198,7 @@ def _over(divisor: float, **factors: float) -> dict[str, float]:
     return {effect: factor / divisor for effect, factor in factors.items()}
 
 
-def _modified_interval(part: Array, dof: Array) -> tuple[float, float]:
+def _modified_interval(part: NDArray[np.float64], dof: NDArray[np.float64]) -> tuple[float, float]:
     """Return est -+ sqrt(sum of squares), each mean square's one-sided reach swapped where it is subtracted."""
     down = 1.0 - dof / chdtri(dof, 0.025)
     up = dof / chdtri(dof, 0.975) - 1.0

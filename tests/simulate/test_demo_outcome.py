@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from fullwell import glossary
 from fullwell.errors import UsageError
 from fullwell.figures.results import Row
 from fullwell.simulate.truth import TrueValue
@@ -54,8 +55,7 @@ def test_a_small_demo_finds_the_truth_through_the_front_door(tmp_path: Path, mon
     small = simulation(seed=11, study=STUDY, output={"compression": "lossless-jpeg"})
     monkeypatch.setattr(demo, "pixel_study", lambda: small)
     out = tmp_path / "out"
-    for _again in range(2):
-        outcome = demo.run_demo(out, full=True, workers=2)
+    outcome = demo.run_demo(out, full=True, workers=2)
     assert outcome.frames == 2 * (16 + 16 + 6) + 1
     assert len(list((out / "study").rglob("*.dng"))) == outcome.frames
     judged = [row for row in outcome.rows if row.recommended and row.pull is not None]
@@ -68,6 +68,29 @@ def test_a_small_demo_finds_the_truth_through_the_front_door(tmp_path: Path, mon
     for name in ("results.json", "report.html"):
         assert ".partial" not in (out / name).read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    cited = {part.split()[0] for row in outcome.results.rows for part in row.source.split(";")}
+    assert cited <= {reference.key for reference in glossary.BIBLIOGRAPHY}
+    assert all(glossary.method(row.method) and glossary.quantity(row.quantity) for row in outcome.results.rows)
+    assert document_run(out)["study"] == str(out / "study")
+    _fails_without_a_trace(out, monkeypatch)
+
+
+def document_run(out: Path) -> dict[str, str]:
+    return json.loads((out / "results.json").read_text(encoding="utf-8"))["run"]
+
+
+def _fails_without_a_trace(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stop a second demo at its last step: everything the first one wrote is still there."""
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+
+    def fail(*_rows: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(demo, "compared", fail)
+    with pytest.raises(KeyboardInterrupt):
+        demo.run_demo(out, full=True, workers=2)
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
+    assert [path.name for path in out.parent.iterdir()] == ["out"]
 
 
 def test_a_folder_with_something_else_in_it_is_left_untouched(tmp_path: Path) -> None:

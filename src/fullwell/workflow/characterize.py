@@ -3,7 +3,7 @@
 import platform
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,7 +11,7 @@ from pathlib import Path
 from fullwell import __version__
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
-from fullwell.findings import Finding, Severity
+from fullwell.findings import Finding
 from fullwell.frames.series import Exclusion, Kind, Series, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
@@ -29,7 +29,6 @@ from fullwell.workflow.reduce import Reduction, reduce_study
 LARGEST_TILE = 64
 SMALLEST_TILE = 8
 MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
-_SEVERITY_ORDER = {Severity.ERROR: 0, Severity.WARNING: 1, Severity.INFO: 2}
 
 
 def characterize(
@@ -125,7 +124,7 @@ def _results(study: Study, options: Options, tile: int, reduction: Reduction, se
 
 
 def _finding_order(finding: Finding) -> tuple[int, str]:
-    return (_SEVERITY_ORDER[finding.severity], finding.code)
+    return (finding.severity.rank, finding.code)
 
 
 def _describe(study: Study, options: Options, tile: int, reduction: Reduction) -> Mapping[str, object]:
@@ -194,8 +193,3 @@ def _describe_file(series: Series, index: int, hashes: Mapping[str, str]) -> Map
         "black_level": _describe_levels(frame.header.black_level),
         "white_level": _describe_levels(frame.header.white_level),
     }
-
-
-def worst_severity(findings: Sequence[Finding]) -> Severity | None:
-    """Return the most severe severity among some findings, None without any."""
-    return min((finding.severity for finding in findings), key=_SEVERITY_ORDER.__getitem__, default=None)

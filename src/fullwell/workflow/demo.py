@@ -1,30 +1,32 @@
 """The demo: the Pixel study with a known truth, simulated as raw files and measured through the front door."""
 
 import json
-import tempfile
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Final
 
 from fullwell.figures.results import Results, Row
+from fullwell.files import replaced_folder
 from fullwell.findings import Finding
-from fullwell.report.write import check_target
+from fullwell.glossary import RECOMMENDED
+from fullwell.report.write import check_target, write_files
 from fullwell.simulate.config import SimulationConfig, parse_config
 from fullwell.simulate.truth import TrueValue, true_values
 from fullwell.units import Measured
-from fullwell.workflow.characterize import characterize
+from fullwell.workflow.characterize import measure
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.options import Options
+from fullwell.workflow.pictures import take_pictures
+from fullwell.workflow.run import run_facts
 from fullwell.workflow.simulate import simulate_config
 
 STUDY: Final = "study"
 COMPARISON: Final = "demo.json"
 SCHEMA: Final = "fullwell-demo/1"
 
-_RECOMMENDED: Final = "recommended"
 _NO_ESTIMATE: Final = frozenset({"lower-bound", "upper-limit"})
 _SMALLEST: Final = 1e-300
 
@@ -121,29 +123,24 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
     """
     check_target(out)
     config = pixel_study() if full else pixel_study().halved()
-    target = out.resolve()
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(
-        prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
-    ) as workshop:
-        study = Path(workshop) / STUDY
+    options = Options(workers=workers)
+    with replaced_folder(out) as folder:
         began = time.monotonic()
-        simulated = simulate_config(config, study, workers=workers, progress=progress)
+        simulated = simulate_config(config, folder / STUDY, workers=workers, progress=progress)
         between = time.monotonic()
-        options = Options(workers=workers)
-        results = characterize(study, out, options=options, progress=progress, shown_as=out / STUDY)
-        ended = time.monotonic()
-        study.rename(target / STUDY)
-    outcome = DemoOutcome(
-        out=out,
-        frames=len(simulated.frames),
-        rows=compared(results.rows, true_values(config)),
-        results=results,
-        simulated_s=between - began,
-        characterized_s=ended - between,
-    )
-    comparison = json.dumps(_comparison(outcome), indent=1) + "\n"
-    (target / COMPARISON).write_text(comparison, encoding="utf-8", newline="\n")
+        results, groups = measure(folder / STUDY, options=options, progress=progress)
+        results = replace(results, run=run_facts(study=out / STUDY, out=out, options=options, started=between))
+        write_files(results, folder, pictures=take_pictures(groups))
+        outcome = DemoOutcome(
+            out=out,
+            frames=len(simulated.frames),
+            rows=compared(results.rows, true_values(config)),
+            results=results,
+            simulated_s=between - began,
+            characterized_s=time.monotonic() - between,
+        )
+        comparison = json.dumps(_comparison(outcome), indent=1) + "\n"
+        (folder / COMPARISON).write_text(comparison, encoding="utf-8", newline="\n")
     return outcome
 
 
@@ -177,7 +174,7 @@ def compared(rows: Iterable[Row], truth: Iterable[TrueValue]) -> tuple[DemoRow, 
                 iso=row.iso,
                 method=row.method,
                 flags=row.flags,
-                recommended=_RECOMMENDED in row.flags,
+                recommended=RECOMMENDED in row.flags,
                 truth=value,
                 measured=row.measured,
                 pull=None if _NO_ESTIMATE.intersection(row.flags) else pull(row.measured, value),

@@ -19,15 +19,9 @@ class Options:
         less, so that a smooth surface over a tile can follow the shading.
     workers
         Threads; results never depend on their number.
-    profile
-        Identifier of a measuring standard's profile; None is Fullwell's own.
-    legacy_black
-        Whether the published flows keep the black level in, as published (``kept``), or not (``subtracted``).
 
     """
 
     selection: Selection = field(default_factory=Selection)
     tile: int | None = None
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
-    profile: str | None = None
-    legacy_black: str = "kept"

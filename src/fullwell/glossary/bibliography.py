@@ -7,7 +7,10 @@ from fullwell.glossary.entry import Reference
 BIBLIOGRAPHY: Final = tuple(
     Reference(key=key, text=text)
     for key, text in (
-        ("METHOD", "Fullwell method notes: estimators, uncertainties and acceptance tests."),
+        (
+            "METHOD",
+            "Fullwell: Method (docs/method.md). Estimators, their uncertainties, published biases.",
+        ),
         (
             "EMVA1288",
             (
@@ -55,5 +58,8 @@ BIBLIOGRAPHY: Final = tuple(
             ),
         ),
         ("DNG", "Adobe: Digital Negative (DNG) Specification."),
+        ("file", "The raw files' own tags; see the levels under what was read."),
+        ("user", "Given on the command line, in the manifest or with the camera."),
+        ("voltage", "The camera's voltage at the white level, as given; the study under what was read names it."),
     )
 )

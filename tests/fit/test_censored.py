@@ -11,8 +11,11 @@ def _cells(mean, noise, codes):
     return np.diff(np.concatenate([[0.0], ndtr((np.arange(codes) + 0.5 - mean) / noise)]))
 
 
-@pytest.mark.parametrize("above_black", [-0.5, 0.0, 0.5, 1.0, 2.0])
-def test_T12_clipped_noise_is_recovered(above_black):  # noqa: N802 - METHOD's name of the test
+@pytest.mark.parametrize(
+    ("above_black", "naive_bias"), [(-0.5, -0.51), (0.0, -0.40), (0.5, -0.28), (1.0, -0.19), (2.0, -0.055)]
+)
+def test_T12_clipped_noise_is_recovered(above_black, naive_bias):  # noqa: N802 - METHOD's name of the test
+    """The bias of the plain standard deviation is METHOD 3.4's, known to half a percent; this one has none."""
     sets, n = 1000, 20_000
     rng = np.random.default_rng(12)
     cells = _cells(above_black, NOISE, 24)
@@ -30,11 +33,11 @@ def test_T12_clipped_noise_is_recovered(above_black):  # noqa: N802 - METHOD's n
         )
         codes = np.arange(counts.size)
         naive.append(np.sqrt(counts @ codes**2 / n - (counts @ codes / n) ** 2))
-    assert abs(np.mean(noise) / NOISE - 1.0) <= 0.0015
+    assert abs(np.mean(noise) / NOISE - 1.0) <= 4.0 * np.std(noise) / NOISE / np.sqrt(sets)
     assert abs(np.mean(mean) - above_black) <= 4.0 * np.std(mean) / np.sqrt(sets)
-    assert np.all((np.mean(covered, axis=0) >= 0.925) & (np.mean(covered, axis=0) <= 0.975)), np.mean(covered, axis=0)
-    if above_black == 0.0:
-        assert np.mean(naive) / NOISE - 1.0 < -0.35  # METHOD 3.4: -39.6 %, before its sixth of a code is counted
+    share = np.mean(covered, axis=0)
+    assert np.all(np.abs(share - 0.95) <= 4.0 * np.sqrt(0.95 * 0.05 / sets)), share
+    assert np.mean(naive) / NOISE - 1.0 == pytest.approx(naive_bias, abs=0.005)
 
 
 def _histogram(rng, *, mean, noise, rail=None, hot=0.0, n=1_000_000):

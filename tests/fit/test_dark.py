@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.special import ndtr
 from scipy.stats import kstest
 
 from fullwell.fit.dark import (
@@ -37,9 +38,9 @@ def test_T14_burst_means_cover_and_pixel_errors_do_not():  # noqa: N802 - METHOD
         frames = fit_dark_line(np.repeat(EXPOSURES, FRAMES), means.ravel())
         by_frames.append(frames.slope.ci95[0] <= SLOPE <= frames.slope.ci95[1])
         pulls.append((line.slope.value - SLOPE) / line.slope.std_error)
-    assert 0.93 <= np.mean(covered) <= 0.97
-    assert np.mean(pixel_covered) <= 0.25
-    assert np.mean(by_frames) < 0.7  # METHOD 4.1: 50 %
+    by_pixels = 2.0 * ndtr(1.96 * PIXEL_ERROR / np.hypot(PIXEL_ERROR, JITTER * np.sqrt(FRAMES))) - 1.0
+    for found, expected in ((covered, 0.95), (pixel_covered, by_pixels), (by_frames, 0.50)):  # METHOD 4.1: 50 %
+        assert abs(np.mean(found) - expected) <= 4.0 * np.sqrt(expected * (1.0 - expected) / len(found)), expected
     assert kstest(pulls, "t", args=(3,)).pvalue > 1e-3
 
 
@@ -127,10 +128,11 @@ def test_slopes_that_disagree():
 
 
 def test_doubling_temperature_covers():
+    """Errors of 0.3 % keep the bias of this non-linear fit, which is of the order of their square, out of the pulls."""
     rng = np.random.default_rng(45)
     temperature = np.linspace(10.0, 60.0, 8)
     truth = 2.0 * 2.0 ** ((temperature - 30.0) / 6.5)
-    error = np.hypot(0.05, 0.03 * truth)
+    error = np.hypot(0.005, 0.003 * truth)
     pulls = []
     for _ in range(500):
         fit = fit_doubling_temperature(
@@ -142,5 +144,5 @@ def test_doubling_temperature_covers():
                 (fit.dark_current.value - 2.0) / fit.dark_current.std_error,
             )
         )
-    assert np.all(np.abs(np.mean(pulls, axis=0)) <= 4.0 / np.sqrt(500) + 0.05)
+    assert np.all(np.abs(np.mean(pulls, axis=0)) <= 4.0 / np.sqrt(500))
     assert np.all(np.abs(np.std(pulls, axis=0) - 1.0) <= 4.0 / np.sqrt(1000))

@@ -51,7 +51,7 @@ class FixedPatternTest:
     Parameters
     ----------
     ratio
-        Twice the gain in log-likelihood by C; zero where C came out negative.
+        Twice what C adds to the log-likelihood; zero where C came out negative.
     significant
         Whether the ratio exceeds 2.71 (size 5 %).
 

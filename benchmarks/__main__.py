@@ -28,8 +28,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="fullwell-bench-") as name:
         folder = Path(name)
         for benchmark in (
-            lambda: uncompressed(folder / "one", name=f"{FRAMES} flats in one series", series=ONE_SERIES),
-            lambda: uncompressed(folder / "bursts", name=f"{FRAMES} frames in {len(BURSTS)} bursts", series=BURSTS),
+            lambda: uncompressed(folder / "one", name=f"{FRAMES} flats in one series", series=ONE_SERIES, target=4.0),
+            lambda: uncompressed(
+                folder / "bursts", name=f"{FRAMES} frames in {len(BURSTS)} bursts", series=BURSTS, target=8.0
+            ),
             lambda: compressed(folder / "compressed"),
             lambda: against_ccdproc(folder),
         ):

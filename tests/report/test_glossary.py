@@ -1,5 +1,8 @@
 """The glossary knows every quantity, method and flag of the contract."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from fullwell import glossary
@@ -78,6 +81,19 @@ def test_every_source_leads_to_the_bibliography():
     sources = [entry.source for entry in (*glossary.QUANTITIES, *glossary.METHODS)]
     keys = {reference.key for reference in glossary.BIBLIOGRAPHY}
     assert {source.split()[0] for source in sources} <= keys
+
+
+def test_every_section_cited_stands_in_the_method():
+    repository = Path(__file__).resolve().parents[2]
+    headings = re.findall(r"^#+ ([0-9.]*[0-9])", (repository / "docs" / "method.md").read_text("utf-8"), re.MULTILINE)
+    cited = {
+        section
+        for path in (repository / "src").rglob("*.py")
+        for sections in re.findall(r"METHOD ((?:\d+(?:\.\d+)?(?:, | and | to )?)+)", path.read_text("utf-8"))
+        for section in re.findall(r"\d+(?:\.\d+)?", sections)
+    }
+    assert len(cited) > 30
+    assert cited <= set(headings)
 
 
 def test_signed_twins_have_the_squared_unit_and_only_square_roots_have_one():

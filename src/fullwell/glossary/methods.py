@@ -12,7 +12,7 @@ _PLAIN: Final = (
     ("optical-black", "Mean of the masked pixels.", "METHOD 2.3"),
     ("metadata", "What the file declares; nothing in the pixels was asked.", "METHOD 2.3"),
     ("user", "Given on the command line or in the manifest.", "METHOD 2.3"),
-    ("measured", "The code at which raw values pile up, or the highest code seen.", "METHOD 7"),
+    ("measured", "The code at which raw values pile up, or the highest code seen.", "METHOD 1.11"),
     ("temporal-variance", "Mean over pixels of the unbiased variance over the frames of a burst.", "METHOD 3.1"),
     ("pair-difference", "Spatial variance of the differences of frames, halved.", "METHOD 3.2"),
     ("censored-likelihood", "Maximum likelihood of a rounded normal whose tail below black was cut.", "METHOD 3.4"),

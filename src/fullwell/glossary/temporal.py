@@ -23,7 +23,7 @@ LEVELS: Final = (
         units=("DN",),
         definition="Raw value at which the output saturates: the code where values pile up, else the declared level.",
         equation="D = highest code that holds a pile-up",
-        source="METHOD 7",
+        source="METHOD 1.11",
     ),
 )
 

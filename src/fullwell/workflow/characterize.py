@@ -1,14 +1,10 @@
 """The main verb: a folder of raw frames becomes a characterized sensor."""
 
-import platform
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
-from fullwell import __version__
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.findings import Finding
@@ -17,6 +13,7 @@ from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
 from fullwell.raw.image import Levels
 from fullwell.report.write import check_target, write_results
+from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.against_iso import measure_against_iso
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
@@ -24,7 +21,7 @@ from fullwell.workflow.measure.iso import measure_iso
 from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.options import Options
 from fullwell.workflow.pictures import take_pictures
-from fullwell.workflow.reduce import Reduction, reduce_study
+from fullwell.workflow.reduce import Reduction
 
 LARGEST_TILE = 64
 SMALLEST_TILE = 8
@@ -64,16 +61,7 @@ def characterize(
     _refuse_to_replace(path, out)
     started = time.monotonic()
     results, groups = measure(path, options=options, progress=progress)
-    run = {
-        "version": __version__,
-        "command": list(sys.argv),
-        "study": str(shown_as or path),
-        "out": str(out),
-        "time": datetime.now(UTC).isoformat(timespec="seconds"),
-        "host": platform.node(),
-        "duration_s": round(time.monotonic() - started, 3),
-        "workers": options.workers,
-    }
+    run = run_facts(study=path, out=out, options=options, started=started)
     results = replace(results, run=run)
     write_results(results, out, pictures=take_pictures(groups))
     return results
@@ -96,7 +84,7 @@ def measure(path: Path, *, options: Options, progress: Progress | None = None) -
             "study.toml with `fullwell index`"
         )
     tile = options.tile or default_tile(study)
-    reduction = reduce_study(measured, workers=options.workers, tile=tile, progress=progress)
+    reduction = reduce_without_copies(measured, workers=options.workers, tile=tile, progress=progress)
     groups = group_by_iso(measured, reduction.statistics)
     sections = [measure_iso(study, group) for group in groups]
     section = joined([*sections, measure_against_iso(study, groups, [row for one in sections for row in one.rows])])

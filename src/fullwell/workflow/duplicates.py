@@ -1,0 +1,130 @@
+"""A frame that a study holds twice counts once: its copy would make the temporal noise too small, down to none.
+
+Whether two files are the same is known only when both have been read. So a study is reduced as it is; the series that
+turn out to hold copies, which are rare, are reduced once more without them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Final
+
+from fullwell.findings import Finding, Severity, listed
+from fullwell.frames.series import Exclusion, Frame, Study
+from fullwell.raw.open import decode
+from fullwell.workflow.executor import Progress
+from fullwell.workflow.reduce import Reduction, reduce_study
+
+CODE: Final = "duplicate-frame"
+_Reduce = Callable[[Study], Reduction]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Copy:
+    """A frame whose content is that of another, which comes before it by name."""
+
+    name: str
+    original: Frame
+
+
+def reduce_without_copies(study: Study, *, workers: int, tile: int, progress: Progress | None = None) -> Reduction:
+    """Return the statistics of a study's series, every file's content counted once.
+
+    Of files with the same content, the first by name counts. Frames of a single code are no proof of a copy, since a
+    camera that clips them may well write the same file twice: they count, and a finding names them.
+
+    Parameters
+    ----------
+    study, workers, tile, progress
+        As `reduce_study`; ``progress`` starts again where frames are read a second time.
+
+    Returns
+    -------
+    Reduction
+        Its hashes are of all files, copies included.
+
+    """
+    reduce = partial(reduce_study, workers=workers, tile=tile, progress=progress)
+    reduction = reduce(study)
+    flat, copies = _told_apart(_copies(study, reduction))
+    if copies:
+        reduction = _corrected(study, reduction, copies, reduce)
+    return replace(reduction, findings=(*reduction.findings, _flat_finding(flat))) if flat else reduction
+
+
+def _copies(study: Study, reduction: Reduction) -> tuple[_Copy, ...]:
+    """Return every usable frame whose content a frame before it by name has, by name."""
+    damaged = {one.name for one in reduction.excluded}
+    frames = sorted((frame for series in study.series for frame in series.frames), key=lambda frame: frame.name)
+    originals: dict[str, Frame] = {}
+    copies: list[_Copy] = []
+    for frame in frames:
+        if frame.name in damaged:
+            continue
+        original = originals.setdefault(reduction.hashes[frame.name], frame)
+        if original is not frame:
+            copies.append(_Copy(name=frame.name, original=original))
+    return tuple(copies)
+
+
+def _told_apart(found: Sequence[_Copy]) -> tuple[tuple[_Copy, ...], tuple[_Copy, ...]]:
+    """Part the copies of frames that hold one code only from all others."""
+    originals = {one.original.name: one.original for one in found}
+    single = {name for name, frame in originals.items() if _has_one_code(frame)}
+    flat = tuple(one for one in found if one.original.name in single)
+    return flat, tuple(one for one in found if one.original.name not in single)
+
+
+def _has_one_code(frame: Frame) -> bool:
+    mosaic = decode(frame.header, frame.header.path.read_bytes())
+    return bool(mosaic.min() == mosaic.max())
+
+
+def _corrected(study: Study, whole: Reduction, copies: Sequence[_Copy], reduce: _Reduce) -> Reduction:
+    """Reduce the series that hold copies again without these, and put what comes out in their place."""
+    names = {one.name for one in copies}
+    affected = tuple(series for series in study.series if any(frame.name in names for frame in series.frames))
+    cleaned = tuple(
+        replace(series, frames=tuple(frame for frame in series.frames if frame.name not in names))
+        for series in affected
+    )
+    statistics = {key: one for key, one in whole.statistics.items() if key not in {series.key for series in affected}}
+    if any(series.frames for series in cleaned):
+        statistics.update(reduce(replace(study, series=cleaned)).statistics)
+    left_out = tuple(
+        Exclusion(name=one.name, code=CODE, reason=f"its content is that of {one.original.name}") for one in copies
+    )
+    return replace(
+        whole,
+        statistics={series.key: statistics[series.key] for series in study.series if series.key in statistics},
+        excluded=tuple(sorted((*whole.excluded, *left_out), key=lambda one: one.name)),
+        findings=(*whole.findings, _copies_finding(copies)),
+    )
+
+
+def _copies_finding(copies: Sequence[_Copy]) -> Finding:
+    return Finding(
+        code=CODE,
+        severity=Severity.ERROR,
+        message=(
+            f"Left out {_spelled(copies)}: a frame that is there twice would make the temporal noise too small. Delete "
+            "the copies, or put the frames there that were meant."
+        ),
+        files=tuple(one.name for one in copies),
+    )
+
+
+def _flat_finding(flat: Sequence[_Copy]) -> Finding:
+    return Finding(
+        code="identical-frames",
+        severity=Severity.WARNING,
+        message=(
+            f"Some frames are the same file and hold a single code, as where all is clipped: {_spelled(flat)}. They "
+            "count as frames of their own; if they are copies, delete them."
+        ),
+        files=tuple(sorted({name for one in flat for name in (one.name, one.original.name)})),
+    )
+
+
+def _spelled(copies: Sequence[_Copy]) -> str:
+    return listed([f"{one.name} (the same as {one.original.name})" for one in copies])

@@ -35,7 +35,9 @@ def test_an_empty_folder_is_filled(tmp_path):
 def test_our_own_results_are_replaced_with_all_that_stood_there(tmp_path):
     out = tmp_path / "out"
     write_results(SMALL, out)
-    (out / "stale.npz").write_bytes(b"old map")
+    (out / "maps").mkdir()
+    (out / "maps" / "stale.npz").write_bytes(b"old map")
+    (out / ".DS_Store").write_bytes(b"left by a desktop")
     write_results(replace(SMALL, study={"name": "b"}), out)
     assert names(out) == FILES
     assert json.loads((out / "results.json").read_text())["study"] == {"name": "b"}
@@ -59,6 +61,18 @@ def test_a_folder_of_somebody_else_is_refused_and_untouched(tmp_path, name, cont
         with pytest.raises(UsageError, match="name a new or empty folder"):
             act()
     assert (out / name).read_text() == content
+    assert names(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "results.xlsx", "my maps"])
+def test_a_users_file_beside_our_results_is_not_lost(tmp_path, name):
+    out = tmp_path / "out"
+    write_results(SMALL, out)
+    (out / name).write_text("years of work")
+    for act in (lambda: check_target(out), lambda: write_results(SMALL, out)):
+        with pytest.raises(UsageError, match=f"holds {name}; move"):
+            act()
+    assert names(out) == sorted([*FILES, name])
     assert names(tmp_path) == ["out"]
 
 

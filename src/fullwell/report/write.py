@@ -7,12 +7,30 @@ from typing import Final
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import holds_document, replaced_folder
+from fullwell.findings import listed
 from fullwell.report.document import SCHEMA, results_json
 from fullwell.report.html import report_html
 from fullwell.report.pictures import Pictures
 from fullwell.report.tables import rows_csv, write_parquet
 
 DOCUMENT: Final = "results.json"
+OWN: Final = frozenset(
+    {
+        DOCUMENT,
+        "results.csv",
+        "results.parquet",
+        "report.html",
+        "report.pdf",
+        "tables",
+        "maps",
+        "demo.json",
+        "study",
+    }
+)
+"""Everything that a results folder of ours may hold (RESULTS 2), the demo's included."""
+
+_DESKTOP: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
+"""Files that desktops leave in any folder they show."""
 
 
 def check_target(out: Path) -> None:
@@ -21,7 +39,7 @@ def check_target(out: Path) -> None:
     Raises
     ------
     UsageError
-        Where ``out`` is a file, a folder with something else in it than our own results, or cannot be written.
+        Where ``out`` is a file, a folder with anything else in it than our own results, or cannot be written.
 
     """
     target = out.resolve()
@@ -32,6 +50,15 @@ def check_target(out: Path) -> None:
         message = (
             f"{out} holds something other than Fullwell's results and is left untouched; "
             "name a new or empty folder with -o"
+        )
+        raise UsageError(message)
+    foreign = (
+        sorted(path.name for path in target.iterdir() if path.name not in OWN | _DESKTOP) if target.is_dir() else []
+    )
+    if foreign:
+        message = (
+            f"{out} would be replaced, but beside Fullwell's results it holds {listed(foreign)}; move that away or "
+            "name another folder with -o"
         )
         raise UsageError(message)
     ancestor = next(folder for folder in target.parents if folder.exists())
@@ -51,7 +78,7 @@ def write_results(results: Results, out: Path, *, pictures: Pictures | None = No
     results
         Everything the run found.
     out
-        A missing or empty folder, or one that holds our own results: it is replaced.
+        A missing or empty folder, or one that holds our own results and nothing else: it is replaced.
     pictures
         Arrays the report shows as pictures.
 

@@ -22,15 +22,14 @@ from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.options import Options
 from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.reduce import Reduction
+from fullwell.workflow.run import run_facts
 
 LARGEST_TILE = 64
 SMALLEST_TILE = 8
 MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
 
 
-def characterize(
-    path: Path, out: Path, *, options: Options, progress: Progress | None = None, shown_as: Path | None = None
-) -> Results:
+def characterize(path: Path, out: Path, *, options: Options, progress: Progress | None = None) -> Results:
     """Measure a study and write what was found into a folder.
 
     Parameters
@@ -43,8 +42,6 @@ def characterize(
         What to measure and how.
     progress
         Told of every frame; None for silence.
-    shown_as
-        What the document calls the study, where that is not ``path``.
 
     Returns
     -------

@@ -8,9 +8,10 @@ import numpy as np
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.fit.amplification import AmplifierNoise, fit_amplifier_noise
 from fullwell.frames.series import Study
+from fullwell.glossary import RECOMMENDED
 from fullwell.units import DN, DN2, ELECTRON
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.section import RECOMMENDED, RowWriter, Section, joined
+from fullwell.workflow.measure.section import RowWriter, Section, joined
 
 
 def measure_against_iso(study: Study, groups: Sequence[IsoBursts], rows: Iterable[Row]) -> Section:

@@ -36,7 +36,7 @@ class Burst:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IsoBursts:
-    """Every burst at one ISO, each group by ascending exposure."""
+    """Every burst at one ISO, each group by ascending exposure; ``black_clipped`` names channels cut at black."""
 
     iso: float | None
     temperature_c: float | None
@@ -44,6 +44,7 @@ class IsoBursts:
     flats: tuple[Burst, ...]
     darks: tuple[Burst, ...]
     biases: tuple[Burst, ...]
+    black_clipped: tuple[str, ...] = ()
 
     @property
     def unlit(self) -> tuple[Burst, ...]:

@@ -8,7 +8,7 @@ from fullwell.fit.dark import DarkLine
 from fullwell.fit.legacy import legacy_frame_slope
 from fullwell.units import DN
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.levels import mean_dark_line
+from fullwell.workflow.measure.dark_level import mean_dark_line
 from fullwell.workflow.measure.section import RowWriter, Section
 
 
@@ -17,14 +17,17 @@ def measure_dark_current(bursts: IsoBursts) -> Section:
     unlit = bursts.unlit
     if len({burst.exposure_s for burst in unlit}) < 2:
         return Section(findings=(_missing(bursts),))
-    groups: list[tuple[str, tuple[str, ...]]] = [(channel, (channel,)) for channel in bursts.channels]
-    if len(bursts.channels) > 1:
-        groups.append(("all", bursts.channels))
+    usable = tuple(channel for channel in bursts.channels if channel not in bursts.black_clipped)
+    groups: list[tuple[str, tuple[str, ...]]] = [(channel, (channel,)) for channel in usable]
+    if len(usable) > 1 and usable == bursts.channels:
+        groups.append(("all", usable))
     rows: list[Row] = []
     curves: list[Curve] = []
     findings: list[Finding] = []
     for channel, members in groups:
         line = mean_dark_line(unlit, members)
+        if line is None:
+            continue
         rows += _rows(bursts, channel, members, line)
         if channel in bursts.channels:
             curves.append(_curve(bursts, channel, line))

@@ -9,7 +9,7 @@ from fullwell.fit.variance_components import temporal_variance
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.units import Measured
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.levels import mean_dark_line
+from fullwell.workflow.measure.dark_level import mean_dark_line
 from fullwell.workflow.measure.section import RowWriter, Section
 
 
@@ -21,7 +21,8 @@ def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]
     rows: list[Row] = []
     apart: list[str] = []
     for channel in bursts.channels:
-        if (channel_gain := system_gain.get(channel)) is None:
+        channel_gain, line = system_gain.get(channel), mean_dark_line(unlit, (channel,))
+        if channel_gain is None or line is None or channel in bursts.black_clipped:
             continue
         planes = [burst.plane(channel) for burst in unlit]
         slope = fit_dark_variance_slope(
@@ -37,7 +38,7 @@ def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]
             write("dark_current", channel, "variance-slope", measured, source="METHOD 4.3", n=n, flags=flags)
             for measured in (slope.dn, slope.electrons)
         ]
-        if slopes_disagree(mean_dark_line(unlit, (channel,)).slope, slope.dn):
+        if slopes_disagree(line.slope, slope.dn):
             apart.append(channel)
     return Section(rows=tuple(rows), findings=_findings(bursts, apart))
 

@@ -14,15 +14,15 @@ from fullwell.figures.results import Column, Curve, Row
 from fullwell.figures.saturation import SaturationLevel, plateau, temporal_variance_peak
 from fullwell.figures.snr import snr_curve, snr_maximum
 from fullwell.findings import Finding, Severity
+from fullwell.glossary import SNR_THRESHOLDS
 from fullwell.units import DN, ELECTRON, ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.noise_coefficients import ChannelModel
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.section import RowWriter, Section
-from fullwell.workflow.measure.transfer_points import TransferPoint
+from fullwell.workflow.measure.transfer_points import TransferPoint, clipped_share
 
-SNR_THRESHOLDS = (1.0, 10.0)
 CURVE_POINTS = 48
 
 
@@ -66,17 +66,25 @@ def _flats(bursts: IsoBursts, transfer: ChannelTransfer) -> list[TransferPoint]:
 
 
 def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[SaturationLevel, SaturationLevel | None]:
-    signal = np.array([point.plane_signal_dn for point in flats])
-    clipped = np.array([point.clipped_fraction for point in flats])
+    """Find where the brightest tiles saturate: lens shading would smear the whole plane over many levels."""
     planes = [point.burst.plane(level.channel) for point in flats]
+    bright = _brightest(planes[0].tiles.mean - level.black_dn)
+    weights = planes[0].tiles.n[bright]
+    shares = [clipped_share(plane.tiles, level.white_dn, plane.frames) for plane in planes]
+    signal = np.array([np.average(plane.tiles.mean[bright], weights=weights) for plane in planes])
+    variance = np.array([np.average(plane.tiles.temporal_variance[bright], weights=weights) for plane in planes])
+    clipped = np.array([np.average(share[bright], weights=weights) for share in shares])
     ceiling_dn = None if level.white_dn is None else level.white_dn - level.black_dn
-    peak = temporal_variance_peak(
-        signal, np.array([plane.temporal_variance for plane in planes]), clipped, ceiling_dn=ceiling_dn
-    )
-    errors = np.array([plane.mean_std_error or 0.0 for plane in planes])
+    peak = temporal_variance_peak(signal - level.black_dn, variance, clipped, ceiling_dn=ceiling_dn)
     if "lower-bound" in peak.flags:
         peak = replace(peak, signal=Measured.exact(peak.signal.value, DN))
-    return peak, plateau(signal, clipped, errors) if len(flats) > 1 else None
+    errors = np.array([plane.mean_std_error or 0.0 for plane in planes])
+    return peak, plateau(signal - level.black_dn, clipped, errors) if len(flats) > 1 else None
+
+
+def _brightest(signal_dn: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Choose the tiles within 5 % of the brightest, in the darkest flat, where nothing saturates yet."""
+    return signal_dn >= 0.95 * float(signal_dn.max())
 
 
 def _noise_model(transfer: ChannelTransfer, models: Sequence[ChannelModel]) -> NoiseModel:

@@ -13,12 +13,16 @@ from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
 from fullwell.workflow.measure.steadiness import measure_steadiness
+from fullwell.workflow.measure.unlit import usable_unlit
+from fullwell.workflow.measure.white_level import measure_white
 
 
 def measure_iso(study: Study, bursts: IsoBursts) -> Section:
     """Measure levels, noise, dark current, photon transfer and range at one ISO, in DN, electrons and volts."""
-    levels_section, levels = measure_levels(study, bursts)
-    noise_section = measure_read_noise(study, bursts)
+    whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
+    bursts, unlit_findings = usable_unlit(bursts, whites)
+    levels_section, levels = measure_levels(study, bursts, whites)
+    noise_section = measure_read_noise(bursts)
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
     model_section, models = measure_noise_coefficients(bursts, levels, transfers)
@@ -30,12 +34,13 @@ def measure_iso(study: Study, bursts: IsoBursts) -> Section:
     in_dn = (*noise_section.rows, *dark_section.rows)
     return joined(
         (
+            Section(findings=unlit_findings),
             levels_section,
             noise_section,
             dark_section,
             transfer_section,
             model_section,
-            rows_in_electrons(in_dn, system_gain),
+            rows_in_electrons(in_dn, transfer_section.rows),
             rows_in_volts(in_dn, levels, study.camera.voltage_swing_v),
             measure_dark_variance(bursts, system_gain),
             measure_range(bursts, levels, transfers, models),

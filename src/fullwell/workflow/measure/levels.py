@@ -1,27 +1,24 @@
 """Black level and white level per channel: every piece of evidence, and what is made of it."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.black_level import Evidence, FusedLevel, fuse
 from fullwell.fit.black_level import declared as declared_level
-from fullwell.fit.dark import DarkLine, fit_dark_line
 from fullwell.fit.pooling import pool_channels
-from fullwell.fit.variance_components import grand_mean_variance
 from fullwell.frames.series import Study
-from fullwell.statistics.series import Histogram, PlaneStatistics
-from fullwell.units import DN, DN2, Measured
+from fullwell.units import DN, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.dark_level import dark_frames_level, single_burst_level
+from fullwell.workflow.measure.rounding import mean_rounding_error_dn
 from fullwell.workflow.measure.section import RowWriter, Section
+from fullwell.workflow.measure.white_level import METADATA, USER, WhiteLevel, white_findings, white_rows
 
-USER = "user"
 DARK_FRAMES = "dark-frames"
-METADATA = "metadata"
+NOTABLE_ROUNDING_DN = 0.01
+"""Shift of a mean by rounding above which its figures are called quantization-limited [DN]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,96 +58,22 @@ def declared_black(study: Study, channel_index: int) -> float | None:
     return values[channel_index if len(values) > 1 else 0]
 
 
-def declared_white(study: Study, channel_index: int) -> float | None:
-    """Return the declared white level of one CFA site [DN]."""
-    if study.white_level is None:
-        return None
-    values = study.white_level.values
-    return values[channel_index if len(values) > 1 else 0]
-
-
-def dark_frames_level(bursts: Sequence[Burst], channels: Sequence[str]) -> Measured | None:
-    """Return the mean dark signal extrapolated to no exposure (METHOD 2.3 ii), fixed pattern included in its error.
-
-    Three exposures or more: intercept of the line through burst means, error from their scatter. Fewer: the mean of
-    the shortest exposure, error from the frame x row x column layout. Several channels are averaged burst by burst
-    before the line is fitted, so that what they share (frame offsets) stays in the error.
-    """
-    if not bursts:
-        return None
-    shortest = [bursts[0].plane(channel) for channel in channels]
-    spread = [_mean_variances(plane) for plane in shortest]
-    total_dn2, temporal_dn2 = (sum(one[part].value for one in spread) / len(spread) ** 2 for part in (0, 1))
-    dof = min((one[0].dof for one in spread if one[0].dof is not None), default=None)
-    if len({burst.exposure_s for burst in bursts}) < 3:
-        mean = sum(plane.mean for plane in shortest) / len(shortest)
-        return Measured.student(mean, math.sqrt(total_dn2), dof, DN)
-    line = mean_dark_line(bursts, channels).intercept
-    return _with_fixed_pattern(line, max(total_dn2 - temporal_dn2, 0.0))
-
-
-def _with_fixed_pattern(level: Measured, fixed_dn2: float) -> Measured:
-    """Add to a temporal standard error what the finite number of pixels leaves open, its dof by Satterthwaite."""
-    scatter_dn2 = (level.std_error or 0.0) ** 2
-    total_dn2 = scatter_dn2 + fixed_dn2
-    dof = None if level.dof is None or scatter_dn2 == 0.0 else level.dof * (total_dn2 / scatter_dn2) ** 2
-    return Measured.student(level.value, math.sqrt(total_dn2), dof, DN)
-
-
-def _mean_variances(plane: PlaneStatistics) -> tuple[Measured, Measured]:
-    """Return the variance of the plane's mean with and without its fixed pattern [DN^2]."""
-    if plane.frames < 2:
-        single = Measured.exact(plane.spatial_variance / plane.n, DN2)
-        return single, single
-    variances = grand_mean_variance(plane.mean_squares, plane.shape)
-    total, temporal = variances.total, variances.temporal
-    return replace(total, value=max(total.value, temporal.value)), temporal
-
-
-def mean_dark_line(bursts: Sequence[Burst], channels: Sequence[str]) -> DarkLine:
-    """Fit the line through burst means against exposure, channels averaged burst by burst (METHOD 4.1).
-
-    Weights are those of white pixel noise: frames over temporal variance. Two exposures leave no scatter about the
-    line; the error then comes from the scatter of the frames.
-    """
-    planes = [[burst.plane(channel) for channel in channels] for burst in bursts]
-    variances = [sum(_mean_variances(plane)[1].value for plane in group) / len(group) ** 2 for group in planes]
-    return fit_dark_line(
-        [burst.exposure_s for burst in bursts],
-        [sum(plane.mean for plane in group) / len(group) for group in planes],
-        weights=[sum(_white_weight(plane) for plane in group) for group in planes],
-        mean_std_error_dn=[math.sqrt(variance) for variance in variances],
-        mean_dof=[max(burst.frames - 1, 1) for burst in bursts],
-    )
-
-
-def _white_weight(plane: PlaneStatistics) -> float:
-    return plane.frames / plane.temporal_variance if plane.temporal_variance > 0.0 else float(plane.frames)
-
-
-def pile_up(histogram: Histogram) -> bool:
-    """Tell whether codes pile up at the top: a falling tail never has more pixels on its last code than before it."""
-    counts = histogram.counts
-    if len(counts) < 2:
-        return False
-    return bool(counts[-1] >= 10 and counts[-1] > counts[-2] + 5.0 * np.sqrt(counts[-2] + 1.0))
-
-
-def measure_levels(study: Study, bursts: IsoBursts) -> tuple[Section, tuple[ChannelLevels, ...]]:
-    """Measure black and white level of every channel at one ISO."""
+def measure_levels(
+    study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel]
+) -> tuple[Section, tuple[ChannelLevels, ...]]:
+    """Measure the black level of every channel at one ISO, and tell its white level."""
     rows: list[Row] = []
     decided: list[tuple[str, FusedLevel | None, str]] = []
-    whites: list[_White] = []
     levels: list[ChannelLevels] = []
-    for index, channel in enumerate(bursts.channels):
+    for index, white in enumerate(whites):
+        channel = white.channel
         evidence = _black_evidence(study, bursts, index)
         fused = _decide(evidence) if evidence else None
         rows += _black_rows(bursts, channel, evidence, fused)
+        rows += _inseparable_rows(bursts, channel)
+        rows += white_rows(study, bursts, white)
         said = ", ".join(f"{one.method} {one.measured.value:.3f} DN" for one in evidence)
         decided.append((channel, fused, said))
-        white = _measure_white(study, bursts, index)
-        rows += _white_rows(study, bursts, white)
-        whites.append(white)
         levels.append(
             ChannelLevels(
                 channel=channel,
@@ -162,20 +85,48 @@ def measure_levels(study: Study, bursts: IsoBursts) -> tuple[Section, tuple[Chan
         )
     given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
     rows += _pooled_black(bursts, levels, given=given)
-    findings = (*_black_findings(bursts, decided), *_white_findings(bursts, whites))
+    findings = (*_black_findings(bursts, decided), *white_findings(bursts, whites))
     return Section(rows=tuple(rows), findings=findings), tuple(levels)
+
+
+def inseparable_burst(bursts: IsoBursts) -> Burst | None:
+    """Return the dark burst that is the only unlit one: its level and its dark signal cannot be told apart."""
+    only = len({burst.exposure_s for burst in bursts.unlit}) == 1 and not bursts.biases
+    return bursts.darks[0] if only else None
 
 
 def _black_evidence(study: Study, bursts: IsoBursts, index: int) -> tuple[Evidence, ...]:
     evidence: list[Evidence] = []
-    measured = dark_frames_level(bursts.unlit, [bursts.channels[index]])
-    if measured is not None:
+    channel = bursts.channels[index]
+    usable = () if channel in bursts.black_clipped else bursts.unlit
+    measured = dark_frames_level(usable, [channel])
+    if measured is not None and measured.std_error:
         evidence.append(Evidence(method=DARK_FRAMES, measured=measured))
     declared = declared_black(study, index)
     if declared is not None and study.black_level is not None:
         method = USER if study.black_level.source == USER else METADATA
         evidence.append(declared_level(declared, method=method))
     return tuple(evidence)
+
+
+def _inseparable_rows(bursts: IsoBursts, channel: str) -> tuple[Row, ...]:
+    """Return the mean of dark frames of one exposure as what it is: black level and dark signal together."""
+    burst = inseparable_burst(bursts)
+    if burst is None or channel in bursts.black_clipped:
+        return ()
+    plane = burst.plane(channel)
+    return (
+        RowWriter(bursts=bursts).row(
+            "black_level",
+            channel,
+            DARK_FRAMES,
+            single_burst_level(burst, [channel]),
+            source="METHOD 2.3 (ii)",
+            n=plane.n * plane.frames,
+            exposure_s=burst.exposure_s,
+            flags=("mixed",),
+        ),
+    )
 
 
 def _decide(evidence: Sequence[Evidence]) -> FusedLevel:
@@ -195,6 +146,8 @@ def _black_rows(
         flags.add("offset-not-identified")
     if fused is not None and fused.preferred == (USER,):
         flags.add(USER)
+    if any(mean_rounding_error_dn(burst.plane(channel)) > NOTABLE_ROUNDING_DN for burst in bursts.unlit):
+        flags.add("quantization-limited")
     rows: list[Row] = []
     if fused is not None:
         rows.append(
@@ -217,6 +170,13 @@ def _black_rows(
 def _black_findings(bursts: IsoBursts, fused: Sequence[tuple[str, FusedLevel | None, str]]) -> tuple[Finding, ...]:
     """Return what is to be said of (channel, fused level, evidence in words)."""
     findings: list[Finding] = []
+    burst = inseparable_burst(bursts)
+    if burst is not None:
+        message = (
+            f"the only unlit frames at {bursts.label} are dark frames of {burst.exposure_s:g} s: their mean holds the "
+            "dark signal too and is not taken for the black level; add bias frames, or dark frames of other exposures"
+        )
+        findings.append(Finding(code="one-dark-exposure", severity=Severity.WARNING, message=message))
     unknown = [channel for channel, level, _ in fused if level is None]
     if unknown:
         message = (
@@ -237,98 +197,21 @@ def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: 
     known = [level.black for level in levels if level.black is not None]
     if len(levels) < 2 or len(known) < len(levels):
         return ()
-    write = RowWriter(bursts=bursts).row
-    pooled, p_value = pool_channels(known)
     identified = all(level.black_identified for level in levels)
     measured = dark_frames_level(bursts.unlit, bursts.channels) if identified and not given else None
+    _, p_value = pool_channels(known)
     flags = {"channels-differ"} if p_value < 0.01 else set[str]()
     if given:
         flags.add(USER)
     if not identified:
         flags.add("offset-not-identified")
-    return (
-        write("black_level", "all", "fused", measured or pooled, source="METHOD 2.4", flags=flags, recommended=True),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _White:
-    """What is known of one channel's white level: declared, seen, and whether codes pile up there [DN]."""
-
-    channel: str
-    declared: float | None
-    seen: int
-    piles_up: bool
-    n: int
-
-    @property
-    def trusted(self) -> bool:
-        """Tell whether what was seen is used rather than what was declared."""
-        return self.piles_up or self.declared is None
-
-    @property
-    def level_dn(self) -> float | None:
-        """Return the level to use, None where nothing tells it [DN]."""
-        return float(self.seen) if self.piles_up else self.declared
-
-
-def _measure_white(study: Study, bursts: IsoBursts, index: int) -> _White:
-    channel = bursts.channels[index]
-    planes = [burst.plane(channel) for burst in bursts.flats or bursts.unlit]
-    seen = max(int(plane.tiles.highest.max()) for plane in planes)
-    return _White(
-        channel=channel,
-        declared=declared_white(study, index),
-        seen=seen,
-        piles_up=any(_top_code(plane.histogram) == seen and pile_up(plane.histogram) for plane in planes),
-        n=sum(plane.n * plane.frames for plane in planes),
-    )
-
-
-def _white_rows(study: Study, bursts: IsoBursts, white: _White) -> tuple[Row, ...]:
+    pooled = measured or _declared_together(known)
     write = RowWriter(bursts=bursts).row
-    seen = write(
-        "white_level",
-        white.channel,
-        "measured",
-        Measured.exact(white.seen, DN),
-        source="METHOD 1.11",
-        n=white.n,
-        flags=() if white.piles_up else ("lower-bound",),
-        recommended=white.trusted,
-    )
-    if white.declared is None or study.white_level is None:
-        return (seen,)
-    method = USER if study.white_level.source == USER else METADATA
-    declared = write(
-        "white_level",
-        white.channel,
-        method,
-        Measured.exact(white.declared, DN),
-        source="user" if method == USER else "file metadata",
-        flags=(USER,) if method == USER else (),
-        recommended=not white.trusted,
-    )
-    return (seen, declared)
+    return (write("black_level", "all", "fused", pooled, source="METHOD 2.4", flags=flags, recommended=True),)
 
 
-def _top_code(histogram: Histogram) -> int:
-    return histogram.first_code + len(histogram.counts) - 1
-
-
-def _white_findings(bursts: IsoBursts, whites: Sequence[_White]) -> tuple[Finding, ...]:
-    findings: list[Finding] = []
-    above = [white for white in whites if white.declared is not None and white.seen > white.declared]
-    if above:
-        said = ", ".join(f"{white.channel} {white.seen} DN" for white in above)
-        message = f"codes at {bursts.label} reach above the declared white level {above[0].declared:g} DN: {said}"
-        findings.append(Finding(code="white-level-exceeded", severity=Severity.WARNING, message=message))
-    below = [white for white in whites if white.piles_up and white.declared is not None and white.seen < white.declared]
-    if below:
-        said = ", ".join(f"{white.channel} {white.seen} DN" for white in below)
-        message = (
-            f"codes at {bursts.label} pile up below the declared white level {below[0].declared:g} DN: {said}; that is "
-            "used as the white level"
-        )
-        findings.append(Finding(code="white-level-too-high", severity=Severity.WARNING, message=message))
-    return tuple(findings)
+def _declared_together(levels: Sequence[Measured]) -> Measured:
+    """Return the mean of levels that one tag declares: they err together."""
+    value = sum(level.value for level in levels) / len(levels)
+    error = sum(level.std_error or 0.0 for level in levels) / len(levels)
+    return Measured.normal(value, error, DN)

@@ -16,11 +16,7 @@ from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.rounding import phase_aware_dof
 from fullwell.workflow.measure.section import RowWriter, Section
-from fullwell.workflow.measure.transfer_points import (
-    MAX_CLIPPED_FRACTION,
-    TransferPoint,
-    clipped_share,
-)
+from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_tiles
 
 METHOD = "gamma-likelihood"
 _NAMES = ("k_dark", "k_shot", "k_fpn")
@@ -121,8 +117,7 @@ class _PooledBurst:
 def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
     plane = point.burst.plane(level.channel)
     tiles = plane.tiles
-    clipped = clipped_share(tiles, level.white_dn, plane.frames) > MAX_CLIPPED_FRACTION
-    chosen = ~clipped & (tiles.spatial_dof > 0) & (tiles.temporal_dof > 0)
+    chosen = admitted_tiles(plane, level.white_dn) & (tiles.spatial_dof > 0)
     if not chosen.any():
         return None
     pixels, signal = tiles.n[chosen], tiles.mean[chosen] - level.black_dn

@@ -1,11 +1,12 @@
 """Rows in DN told again in electrons (where the system gain was measured) and volts (where a swing was given)."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 
 from fullwell.figures.conversions import to_electrons, to_volts
 from fullwell.figures.results import Row
-from fullwell.units import DN, DN_PER_SECOND, Measured
+from fullwell.glossary import RECOMMENDED
+from fullwell.units import DN, DN_PER_SECOND
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.section import Section
 
@@ -22,23 +23,31 @@ _INPUT_REFERRED = {
 _IN_VOLTS = {"read_noise", "dark_current"}
 
 
-def rows_in_electrons(rows: Iterable[Row], system_gain: Mapping[str, Measured]) -> Section:
-    """Return the convertible rows in electrons.
+def rows_in_electrons(rows: Iterable[Row], gain_rows: Iterable[Row]) -> Section:
+    """Return the convertible rows in electrons; a misfit of the system gain is a misfit of what rests on it.
 
     Parameters
     ----------
     rows
         Rows of one ISO in DN.
-    system_gain
-        K per channel, ``all`` included where it was pooled [DN/e-].
+    gain_rows
+        The recommended rows of the system gain, ``all`` included where it was pooled.
 
     """
+    known = {row.channel: row for row in gain_rows if row.quantity == "system_gain" and RECOMMENDED in row.flags}
     converted: list[Row] = []
     for row in rows:
-        channel_gain = system_gain.get(row.channel)
-        if channel_gain is not None and row.quantity in _INPUT_REFERRED:
-            measured = to_electrons(row.measured, channel_gain)
-            converted.append(replace(row, measured=measured, source=f"{row.source}; METHOD 0"))
+        by = known.get(row.channel)
+        if by is not None and row.quantity in _INPUT_REFERRED:
+            inherited = {"model-misfit"} & set(by.flags)
+            converted.append(
+                replace(
+                    row,
+                    measured=to_electrons(row.measured, by.measured),
+                    flags=tuple(sorted({*row.flags, *inherited})),
+                    source=f"{row.source}; METHOD 0",
+                )
+            )
     return Section(rows=tuple(converted))
 
 

@@ -56,14 +56,15 @@ def measure_photon_transfer(
 ) -> tuple[Section, tuple[ChannelTransfer, ...]]:
     """Fit the photon-transfer curve of every channel at one ISO."""
     transfers = tuple(_transfer(bursts, level) for level in levels)
-    rows = [row for transfer in transfers for row in _rows(bursts, transfer)]
+    misfit = any(transfer.fit is not None and transfer.fit.misfit for transfer in transfers)
+    rows = [row for transfer in transfers for row in _rows(bursts, transfer, misfit=misfit)]
     rows += _pooled(bursts, transfers)
     curves = tuple(_curve(bursts, transfer) for transfer in transfers if transfer.fit is not None)
     return Section(rows=tuple(rows), findings=_findings(bursts, transfers), curves=curves), transfers
 
 
 def _transfer(bursts: IsoBursts, levels: ChannelLevels) -> ChannelTransfer:
-    every = [transfer_point(burst, levels) for burst in (*unlit_for_transfer(bursts), *bursts.flats)]
+    every = [transfer_point(burst, levels) for burst in (*unlit_for_transfer(bursts, levels.channel), *bursts.flats)]
     points = sorted(every, key=lambda point: (point.signal_dn, point.burst.series.key))
     kept = before_saturation(points)
     chosen = [point for point, good in zip(points, kept, strict=True) if good]
@@ -72,21 +73,31 @@ def _transfer(bursts: IsoBursts, levels: ChannelLevels) -> ChannelTransfer:
     return ChannelTransfer(channel=levels.channel, points=tuple(points), on_curve=tuple(kept), fit=fit)
 
 
-def _fit(bursts: IsoBursts, channel: str, points: Sequence[TransferPoint]) -> PhotonTransferFit:
+def _fit(bursts: IsoBursts, channel: str, points: Sequence[TransferPoint]) -> PhotonTransferFit | None:
+    """Fit the straight line, or with a signed curvature where only that describes the points (METHOD 10.1)."""
     unlit = choose_burst(bursts)
     inflation = [
         1.0 if unlit is None else correlation_inflation(unlit.plane(channel), point.variance_dn2) for point in points
     ]
-    return fit_photon_transfer(
-        np.array([point.signal_dn for point in points]),
-        np.array([point.variance_dn2 for point in points]),
-        np.array([point.dof for point in points]) / np.array(inflation),
-        n=np.array([point.n for point in points]),
-        terms=2,
+    line, bent = (
+        fit_photon_transfer(
+            np.array([point.signal_dn for point in points]),
+            np.array([point.variance_dn2 for point in points]),
+            np.array([point.dof for point in points]) / np.array(inflation),
+            n=np.array([point.n for point in points]),
+            terms=terms,
+        )
+        if len(points) >= terms
+        else None
+        for terms in (2, 3)
     )
+    if line is None or bent is None:
+        return line
+    return bent if line.misfit and not bent.misfit and bent.deviance_dof > 0 else line
 
 
-def _rows(bursts: IsoBursts, transfer: ChannelTransfer) -> tuple[Row, ...]:
+def _rows(bursts: IsoBursts, transfer: ChannelTransfer, *, misfit: bool) -> tuple[Row, ...]:
+    """Return the system gain; one channel's misfit is a warning for all, since they share the sensor's physics."""
     measured = transfer.system_gain
     if measured is None or transfer.fit is None:
         return ()
@@ -98,7 +109,7 @@ def _rows(bursts: IsoBursts, transfer: ChannelTransfer) -> tuple[Row, ...]:
             measured,
             source="METHOD 1.2",
             n=sum(point.n for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good),
-            flags=("model-misfit",) if transfer.fit.misfit else (),
+            flags=("model-misfit",) if misfit else (),
             recommended=True,
         ),
     )
@@ -130,6 +141,7 @@ def _curve(bursts: IsoBursts, transfer: ChannelTransfer) -> Curve:
     on_curve = [good for point, good in zip(transfer.points, transfer.on_curve, strict=True) if point.admitted]
     judged = [next(kept) if good else (False, None) for good in on_curve]
     variances = [point.variance_dn2 for point in points]
+    fitted = np.polynomial.polynomial.polyval(np.array([point.signal_dn for point in points]), fit.coefficients)
     return Curve(
         name="photon_transfer",
         columns=(
@@ -145,11 +157,7 @@ def _curve(bursts: IsoBursts, transfer: ChannelTransfer) -> Curve:
                 values=tuple(point.variance_dn2 * (2.0 / point.dof) ** 0.5 for point in points),
             ),
             Column(name="dof", unit="1", values=tuple(point.dof for point in points)),
-            Column(
-                name="fitted",
-                unit=DN2,
-                values=tuple(float(fit.coefficients[0] + fit.coefficients[1] * point.signal_dn) for point in points),
-            ),
+            Column(name="fitted", unit=DN2, values=tuple(fitted.tolist())),
             Column(name="residual", unit=ONE, values=tuple(None if r is None else float(r) for _, r in judged)),
             Column(name="used", unit="", values=tuple("yes" if used else "no" for used, _ in judged)),
         ),
@@ -165,8 +173,8 @@ def _findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[
         return (Finding(code="no-flat-frames", severity=Severity.WARNING, message=message),)
     if all(burst.frames < 2 for burst in bursts.flats):
         message = (
-            f"flats at {bursts.label} are single frames: temporal noise cannot be told from fixed pattern, so system "
-            "gain is not measured; take two frames or more at each exposure"
+            f"flats at {bursts.label} are single frames: temporal noise cannot be told from fixed pattern, so the "
+            "system gain is not measured; take two frames or more at each exposure"
         )
         return (Finding(code="single-flat-frames", severity=Severity.WARNING, message=message),)
     findings: list[Finding] = []
@@ -186,6 +194,13 @@ def _findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[
             "scaled up; look at the residuals"
         )
         findings.append(Finding(code="photon-transfer-misfit", severity=Severity.WARNING, message=message))
+    bent = [t.channel for t in transfers if t.fit is not None and t.fit.coefficients.size > 2]
+    if bent:
+        message = (
+            f"the photon-transfer curve of {', '.join(bent)} at {bursts.label} bends: brighter-fatter or a non-linear "
+            "response; the system gain is its slope at low signal, from a fit with a signed curvature"
+        )
+        findings.append(Finding(code="photon-transfer-bends", severity=Severity.WARNING, message=message))
     untested = [t.channel for t in transfers if t.fit is not None and t.fit.deviance_dof < 1]
     if untested:
         message = (

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
-from fullwell.fit.censored import fit_censored_normal, is_clipped_low, trim_hot_pixels
+from fullwell.fit.censored import fit_censored_normal, trim_hot_pixels
 from fullwell.fit.legacy import legacy_read_noise
 from fullwell.fit.median_pixel import median_pixel_variance
-from fullwell.fit.read_noise import ReadNoise, analogue_read_noise, excess_ratio
+from fullwell.fit.photon_transfer import fit_photon_transfer
+from fullwell.fit.read_noise import analogue_read_noise, excess_ratio
 from fullwell.fit.variance_components import temporal_variance, variance_components
-from fullwell.frames.series import Study
 from fullwell.statistics.series import LegacyBurst, PlaneStatistics
 from fullwell.units import DN, DN2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
-from fullwell.workflow.measure.levels import declared_black
 from fullwell.workflow.measure.rounding import rounding_error_dn2
 from fullwell.workflow.measure.section import RowWriter, Section
 
@@ -55,7 +54,7 @@ def choose_burst(bursts: IsoBursts) -> Burst | None:
     return None
 
 
-def measure_read_noise(study: Study, bursts: IsoBursts) -> Section:
+def measure_read_noise(bursts: IsoBursts) -> Section:
     """Measure read noise, row and column noise of every channel at one ISO, in DN."""
     burst = choose_burst(bursts)
     if burst is None:
@@ -66,8 +65,8 @@ def measure_read_noise(study: Study, bursts: IsoBursts) -> Section:
         return Section(findings=(Finding(code="no-bias-frames", severity=Severity.WARNING, message=message),))
     noises: list[ChannelNoise] = []
     rows: list[Row] = []
-    for index, plane in enumerate(burst.statistics.planes):
-        noise = _channel_noise(plane, declared_black(study, index))
+    for plane in burst.statistics.planes:
+        noise = _channel_noise(bursts, plane)
         noises.append(noise)
         rows += noise_rows(bursts, noise)
         if "black-clipped" not in noise.flags:
@@ -75,47 +74,62 @@ def measure_read_noise(study: Study, bursts: IsoBursts) -> Section:
             rows += _component_rows(bursts, plane)
         rows += _legacy_rows(bursts, plane.channel, plane.legacy, noise.flags)
     rows += _whole_mosaic_rows(bursts, burst, noises)
-    return Section(rows=tuple(rows), findings=_findings(bursts, noises))
+    return Section(rows=tuple(rows), findings=_findings(bursts, burst, noises))
 
 
-def _channel_noise(plane: PlaneStatistics, declared_dn: float | None) -> ChannelNoise:
-    histogram = plane.histogram
-    n = plane.n * plane.frames
-    rail = None if declared_dn is None else round(declared_dn)
-    if is_clipped_low(histogram.first_code, histogram.counts, suspected_rail=rail):
-        counts = trim_hot_pixels(histogram.counts)
-        censored = fit_censored_normal(histogram.first_code, counts, clipped_low=True, clipped_high=False)
-        sigma, error = censored.noise.value, censored.noise.std_error or 0.0
-        variance = Measured.normal(sigma**2, 2.0 * sigma * error, DN2)
-        flags = ("black-clipped", "mixed")
-        return ChannelNoise(
-            channel=plane.channel,
-            variance=variance,
-            rounding_error_dn2=0.0,
-            method="censored-likelihood",
-            flags=flags,
-            source="METHOD 3.4",
-            n=int(histogram.counts.sum()),
-        )
-    noise = _analogue(plane)
+def _channel_noise(bursts: IsoBursts, plane: PlaneStatistics) -> ChannelNoise:
+    if plane.channel in bursts.black_clipped:
+        return _censored_noise(plane)
+    darks = [burst.plane(plane.channel) for burst in bursts.darks if burst.frames > 1]
+    mixed: tuple[str, ...] = ()
+    total = total_temporal_variance(plane)
+    if not any(burst.frames > 1 for burst in bursts.biases):
+        exposures_s = [burst.exposure_s for burst in bursts.darks if burst.frames > 1]
+        at_zero = _without_exposure(exposures_s, [total_temporal_variance(dark) for dark in darks])
+        total, mixed = (at_zero, ()) if at_zero is not None else (total, ("mixed",))
+    noise = analogue_read_noise(total, spatial_spread_dn=plane.fixed_spread)
     return ChannelNoise(
         channel=plane.channel,
         variance=noise.variance,
         rounding_error_dn2=rounding_error_dn2(plane, plane.temporal_variance),
         method="temporal-variance",
-        flags=noise.flags,
+        flags=(*noise.flags, *mixed),
         source="METHOD 3.1",
-        n=n,
+        n=plane.n * plane.frames,
     )
 
 
-def _analogue(plane: PlaneStatistics) -> ReadNoise:
-    total = temporal_variance(
-        plane.mean_squares,
-        plane.shape,
-        pixel_scatter_dn4=plane.temporal_variance_scatter,
+def _censored_noise(plane: PlaneStatistics) -> ChannelNoise:
+    histogram = plane.histogram
+    counts = trim_hot_pixels(histogram.counts)
+    censored = fit_censored_normal(histogram.first_code, counts, clipped_low=True, clipped_high=False)
+    sigma, error = censored.noise.value, censored.noise.std_error or 0.0
+    return ChannelNoise(
+        channel=plane.channel,
+        variance=Measured.normal(sigma**2, 2.0 * sigma * error, DN2),
+        rounding_error_dn2=0.0,
+        method="censored-likelihood",
+        flags=("black-clipped", "mixed"),
+        source="METHOD 3.4",
+        n=int(histogram.counts.sum()),
     )
-    return analogue_read_noise(total, spatial_spread_dn=plane.fixed_spread)
+
+
+def total_temporal_variance(plane: PlaneStatistics) -> Measured:
+    """Return the temporal variance of a plane with row, column and frame noise in its error [DN^2]."""
+    return temporal_variance(plane.mean_squares, plane.shape, pixel_scatter_dn4=plane.temporal_variance_scatter)
+
+
+def _without_exposure(exposures_s: Sequence[float], variances: Sequence[Measured]) -> Measured | None:
+    """Extrapolate the variance of dark frames to no exposure: the shot noise of dark current grows with time.
+
+    None where there are fewer than two exposures, or nothing varies.
+    """
+    if len(set(exposures_s)) < 2 or not all(one.value > 0.0 and one.std_error for one in variances):
+        return None
+    dof = [2.0 * (one.value / (one.std_error or math.inf)) ** 2 for one in variances]
+    fit = fit_photon_transfer(exposures_s, [one.value for one in variances], dof, n=None, terms=2)
+    return fit.intercept
 
 
 def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
@@ -216,13 +230,12 @@ def _mean_variance(noises: Sequence[ChannelNoise]) -> Measured:
     return Measured.normal(value, math.hypot(share * math.sqrt(own), common), DN2)
 
 
-def _findings(bursts: IsoBursts, noises: Sequence[ChannelNoise]) -> tuple[Finding, ...]:
-    clipped = [noise.channel for noise in noises if "black-clipped" in noise.flags]
-    if not clipped:
+def _findings(bursts: IsoBursts, burst: Burst, noises: Sequence[ChannelNoise]) -> tuple[Finding, ...]:
+    mixed = [noise.channel for noise in noises if "mixed" in noise.flags and "black-clipped" not in noise.flags]
+    if not mixed:
         return ()
     message = (
-        f"dark frames of {', '.join(clipped)} at {bursts.label} are clipped at black: variances there are too "
-        "small, so read noise comes from the censored likelihood, which cannot tell it from fixed pattern; have the "
-        "camera keep a black offset"
+        f"no bias frames at {bursts.label}: read noise of {', '.join(mixed)} comes from dark frames of "
+        f"{burst.exposure_s:g} s and includes the shot noise of their dark current; take a burst of bias frames"
     )
-    return (Finding(code="black-clipped", severity=Severity.WARNING, message=message),)
+    return (Finding(code="read-noise-mixed", severity=Severity.WARNING, message=message),)

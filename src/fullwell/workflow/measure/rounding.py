@@ -20,3 +20,14 @@ def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> 
         return dof
     phase_dn2 = rounding_error_dn2(plane, variance_dn2)
     return 2.0 * variance_dn2**2 / (2.0 * variance_dn2**2 / dof + phase_dn2**2)
+
+
+def mean_rounding_error_dn(plane: PlaneStatistics) -> float:
+    """Return one standard error of a plane's mean from rounding at an unknown phase of the code [DN].
+
+    The mean of rounded values swings about the true level with amplitude exp(-2 pi^2 s^2) / pi codes, s^2 the variance
+    of what is rounded over pixels and frames: its first harmonic, of which the root mean square is taken.
+    """
+    noise_dn = unrounded_noise(plane.temporal_variance) if plane.frames > 1 else 0.0
+    spread_dn2 = noise_dn**2 + (plane.fixed_spread**2 if plane.frames > 1 else plane.spatial_variance)
+    return math.exp(-2.0 * math.pi**2 * spread_dn2) / (math.pi * math.sqrt(2.0))

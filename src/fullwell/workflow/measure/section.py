@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 from fullwell.figures.results import Curve, Row
 from fullwell.findings import Finding
-from fullwell.units import Measured, square_root
+from fullwell.glossary import RECOMMENDED
+from fullwell.units import Measured, square_root, student_975
 from fullwell.workflow.measure.bursts import IsoBursts
 
-RECOMMENDED = "recommended"
 _ISO = "\0"
 
 
@@ -64,6 +64,14 @@ def _merged(curves: Iterable[Curve]) -> tuple[Curve, ...]:
     return tuple(by_name.values())
 
 
+def _above_zero(variance: Measured) -> Measured:
+    """Keep the upper end of a variance's interval at what its error leaves above zero (METHOD 1.7)."""
+    if variance.ci95 is None or variance.std_error is None or variance.ci95[1] > 0.0:
+        return variance
+    low = variance.ci95[0]
+    return replace(variance, ci95=(low, student_975(variance.dof) * variance.std_error))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowWriter:
     """Writes rows that belong to one ISO, or to all of them where ``bursts`` is None."""
@@ -115,7 +123,7 @@ class RowWriter:
         """Return the recommended row of a square root, and its signed twin in the squared unit (RESULTS 2)."""
         own = set(flags)
         limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
-        root = square_root(variance, unit)
+        root = square_root(_above_zero(variance), unit)
         return (
             self.row(quantity, channel, method, root, source=source, n=n, flags=own | limit, recommended=True),
             self.row(

@@ -22,13 +22,12 @@ SMALLEST_DEVIATION = 0.005
 def measure_steadiness(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> Section:
     """Look for drift within every series, and for exposures off the line of the longer ones."""
     every = (*bursts.unlit, *bursts.flats)
-    drifting = [burst for burst in every if any(_drifts(plane.frame_means) for plane in burst.statistics.planes)]
+    drifting = [name for name, group in _groups(bursts).items() if _drifts(group)]
     findings: list[Finding] = []
     if drifting:
-        named = ", ".join(f"{burst.kind.value} {burst.exposure_s:g} s" for burst in drifting)
         message = (
-            f"the frame means drift within a series at {bursts.label} ({named}): let camera and light settle before a "
-            "burst; temporal figures of these series leave uniform changes out"
+            f"the frame means of the {' and '.join(drifting)} series at {bursts.label} drift within the series: let "
+            "camera and light settle before a burst; black level and dark current of drifting frames are not reliable"
         )
         findings.append(Finding(code="drift", severity=Severity.WARNING, message=message))
     findings += _exposure_findings(bursts, transfers)
@@ -37,25 +36,43 @@ def measure_steadiness(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) 
     return Section(findings=tuple(findings), curves=tuple(curves))
 
 
-def _drifts(frame_means: NDArray[np.float64]) -> bool:
-    """Test the slope of frame means over the frame index, two-sided."""
-    count = len(frame_means)
-    if count < 4:
-        return False
-    index = np.arange(count) - (count - 1) / 2.0
-    slope = float((index * frame_means).sum() / (index**2).sum())
-    residual = frame_means - frame_means.mean() - slope * index
-    spread = math.sqrt(float((residual**2).sum()) / (count - 2) / float((index**2).sum()))
-    if spread == 0.0:
+def _groups(bursts: IsoBursts) -> dict[str, list[NDArray[np.float64]]]:
+    """Return the frame means of every series of three frames or more, by kind, relative to the mean for flats."""
+    groups = {"bias": bursts.biases, "dark": bursts.darks, "flat": bursts.flats}
+    found: dict[str, list[NDArray[np.float64]]] = {}
+    for name, group in groups.items():
+        for burst in group:
+            if burst.frames > 2:
+                means = np.mean([plane.frame_means for plane in burst.statistics.planes], axis=0)
+                found.setdefault(name, []).append(means / means.mean() if name == "flat" else means)
+    return found
+
+
+def _drifts(group: Sequence[NDArray[np.float64]]) -> bool:
+    """Test the slope of frame means over the frame index, common to the series of one kind, two-sided."""
+    product = spread = scatter = 0.0
+    dof = 0
+    for means in group:
+        index = np.arange(len(means)) - (len(means) - 1) / 2.0
+        own = float((index * means).sum() / (index**2).sum())
+        product += float((index * means).sum())
+        spread += float((index**2).sum())
+        scatter += float(((means - means.mean() - own * index) ** 2).sum())
+        dof += len(means) - 2
+    slope = product / spread
+    if scatter == 0.0:
         return slope != 0.0
-    return bool(2.0 * student.sf(abs(slope) / spread, count - 2) < DRIFT_SIGNIFICANCE)
+    return bool(2.0 * student.sf(abs(slope) / math.sqrt(scatter / dof / spread), dof) < DRIFT_SIGNIFICANCE)
 
 
 def _lit(bursts: IsoBursts, transfer: ChannelTransfer) -> list[TransferPoint]:
     return [
         point
-        for point in transfer.points
-        if point.burst in bursts.flats and point.burst.exposure_s > 0.0 and point.clipped_fraction == 0.0
+        for point, on_curve in zip(transfer.points, transfer.on_curve, strict=True)
+        if (on_curve or point.burst.frames < 2)
+        and point.burst in bursts.flats
+        and point.burst.exposure_s > 0.0
+        and point.clipped_fraction == 0.0
     ]
 
 

@@ -49,10 +49,18 @@ class TransferPoint:
 
 
 def clipped_share(tiles: TileStatistics, white_dn: float | None, frames: int) -> NDArray[np.float64]:
-    """Return per tile the share of pixel values on or above the white level, shape (tile rows, tile columns)."""
+    """Return per tile the share of pixel values on the white level, shape (tile rows, tile columns)."""
     if white_dn is None:
         return np.zeros(tiles.n.shape)
     return np.where(tiles.highest >= white_dn, tiles.n_highest / (tiles.n * frames), 0.0)
+
+
+def admitted_tiles(plane: PlaneStatistics, white_dn: float | None) -> NDArray[np.bool_]:
+    """Tell which tiles clip at neither rail (METHOD 1.11) and have a temporal variance, shape as theirs."""
+    tiles = plane.tiles
+    on_zero = np.where(tiles.lowest == 0, tiles.n_lowest / (tiles.n * plane.frames), 0.0)
+    clipped = np.maximum(clipped_share(tiles, white_dn, plane.frames), on_zero)
+    return (clipped <= MAX_CLIPPED_FRACTION) & (tiles.temporal_dof > 0)
 
 
 def transfer_point(burst: Burst, levels: ChannelLevels) -> TransferPoint:
@@ -60,7 +68,7 @@ def transfer_point(burst: Burst, levels: ChannelLevels) -> TransferPoint:
     plane = burst.plane(levels.channel)
     tiles = plane.tiles
     clipped = clipped_share(tiles, levels.white_dn, plane.frames)
-    chosen = (clipped <= MAX_CLIPPED_FRACTION) & (tiles.temporal_dof > 0)
+    chosen = admitted_tiles(plane, levels.white_dn)
     pixels = int(tiles.n[chosen].sum())
     admitted = pixels > 0 and plane.frames > 1
     weights = tiles.temporal_dof[chosen]
@@ -96,9 +104,9 @@ def correlation_inflation(plane: PlaneStatistics, variance_dn2: float) -> float:
     return 1.0 + (plane.columns - 1) * row_share**2 + (plane.rows - 1) * column_share**2
 
 
-def unlit_for_transfer(bursts: IsoBursts) -> tuple[Burst, ...]:
+def unlit_for_transfer(bursts: IsoBursts, channel: str) -> tuple[Burst, ...]:
     """Return the unlit bursts that belong on the photon-transfer curve: no longer exposed than the longest flat."""
-    usable = [burst for burst in bursts.unlit if burst.frames > 1]
+    usable = [burst for burst in bursts.unlit if burst.frames > 1 and channel not in bursts.black_clipped]
     if not usable:
         return ()
     longest = max((burst.exposure_s for burst in bursts.flats), default=0.0)

@@ -1,0 +1,54 @@
+"""Which unlit frames may be measured: those that neither saturate nor lose their lower half at black."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fullwell.findings import Finding, Severity
+from fullwell.fit.censored import is_clipped_low
+from fullwell.statistics.series import PlaneStatistics
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.white_level import WhiteLevel
+
+MAX_SATURATED = 1e-3
+"""Largest share of saturated pixels of a dark frame that still counts as hot pixels, not as saturation."""
+
+
+def usable_unlit(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> tuple[IsoBursts, tuple[Finding, ...]]:
+    """Return the bursts without saturated dark ones, channels clipped at black named, and what is to be said."""
+    saturated = [burst for burst in bursts.unlit if any(_saturates(burst, white) for white in whites)]
+    clipped = tuple(
+        channel for channel in bursts.channels if any(_is_clipped(burst.plane(channel)) for burst in bursts.unlit)
+    )
+    kept = replace(
+        bursts,
+        darks=tuple(burst for burst in bursts.darks if burst not in saturated),
+        biases=tuple(burst for burst in bursts.biases if burst not in saturated),
+        black_clipped=clipped,
+    )
+    findings: list[Finding] = []
+    if saturated:
+        named = ", ".join(f"{burst.kind.value} {burst.exposure_s:g} s" for burst in saturated)
+        message = f"unlit frames at {bursts.label} saturate and are left out ({named}): take shorter dark exposures"
+        findings.append(Finding(code="dark-saturated", severity=Severity.WARNING, message=message))
+    if clipped:
+        message = (
+            f"dark frames of {', '.join(clipped)} at {bursts.label} are clipped at black: their means and variances "
+            "are wrong, so they give neither black level nor dark current, and read noise comes from the censored "
+            "likelihood, which cannot tell it from fixed pattern; have the camera keep a black offset"
+        )
+        findings.append(Finding(code="black-clipped", severity=Severity.WARNING, message=message))
+    return kept, tuple(findings)
+
+
+def _saturates(burst: Burst, white: WhiteLevel) -> bool:
+    if white.level_dn is None:
+        return False
+    plane = burst.plane(white.channel)
+    tiles = plane.tiles
+    on_white = int(tiles.n_highest[tiles.highest >= white.level_dn].sum())
+    return on_white > MAX_SATURATED * plane.n * plane.frames
+
+
+def _is_clipped(plane: PlaneStatistics) -> bool:
+    histogram = plane.histogram
+    return bool((histogram.counts > 0).sum() > 1 and is_clipped_low(histogram.first_code, histogram.counts))

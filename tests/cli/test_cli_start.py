@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from fullwell import __version__
 from fullwell.cli.app import app
 from fullwell.cli.overview import COMMANDS, overview
+from fullwell.statistics.moments import LARGEST_TILE
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 HEAVY = ("numpy", "scipy", "numba", "matplotlib", "pyarrow", "tifffile", "pydantic", "rich.console", "rawpy")
@@ -68,7 +69,13 @@ def test_every_command_has_a_help_page(name: str) -> None:
         (["characterize"], "PATH"),
         (["characterize", "x", "--nonsense"], "--nonsense"),
         (["characterize", "x", "--tile", "one"], "--tile"),
+        (["characterize", "x", "--tile", "100000"], f"--tile 100000: give 4 to {LARGEST_TILE} pixels"),
+        (["characterize", "x", "--tile", "3"], "--tile 3: give 4 to"),
         (["characterize", "x", "--workers", "0"], "--workers"),
+        (["characterize", "", "--dry-run"], "PATH': the path is empty"),
+        (["characterize", "x", "-o", " "], "-o': the path is empty"),
+        (["index", ""], "FOLDER': the path is empty"),
+        (["demo", "-o", ""], "-o': the path is empty"),
         (["simulate", "x.toml"], "--out"),
     ],
 )

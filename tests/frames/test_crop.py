@@ -19,10 +19,10 @@ MakeFrame = Callable[..., Path]
 @pytest.mark.parametrize(
     ("region", "cfa", "black"),
     [
-        ((2, 4, 6, 2), "RGGB", (1.0, 2.0, 3.0, 4.0)),
-        ((1, 0, 5, 3), "GRBG", (2.0, 1.0, 4.0, 3.0)),
-        ((0, 1, 6, 3), "GBRG", (3.0, 4.0, 1.0, 2.0)),
-        ((3, 5, 2, 2), "BGGR", (4.0, 3.0, 2.0, 1.0)),
+        ((2, 4, 6, 4), "RGGB", (1.0, 2.0, 3.0, 4.0)),
+        ((1, 0, 5, 4), "GRBG", (2.0, 1.0, 4.0, 3.0)),
+        ((0, 1, 6, 5), "GBRG", (3.0, 4.0, 1.0, 2.0)),
+        ((3, 3, 4, 5), "BGGR", (4.0, 3.0, 2.0, 1.0)),
     ],
 )
 def test_the_cropped_pixels_are_those_of_the_region(
@@ -47,6 +47,15 @@ def test_a_region_reaches_at_most_to_the_edge(tmp_path: Path, make_dng: MakeFram
     assert load_study(tmp_path, Selection(crop=(2, 2, 10, 6))).width == 10
     with pytest.raises(UsageError, match="12 x 8"):
         load_study(tmp_path, Selection(crop=(2, 2, 11, 6)))
+
+
+@pytest.mark.parametrize(("cfa", "least"), [("RGGB", 4), ("mono", 2)])
+def test_a_region_holds_at_least_two_cells_each_way(tmp_path: Path, make_tiff: MakeFrame, cfa: str, least: int) -> None:
+    make_tiff(tmp_path / "flat/exp1ms.tif", height=8, width=12)
+    assert load_study(tmp_path, Selection(cfa=cfa, crop=(0, 0, least, least))).width == least
+    for region in ((0, 0, least - 1, least), (0, 0, least, least - 1)):
+        with pytest.raises(UsageError, match=f"--crop .* at least {least} pixels"):
+            load_study(tmp_path, Selection(cfa=cfa, crop=region))
 
 
 def test_png_frames_are_cropped_too(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from fullwell.cli.options import (
     Version,
     White,
     Workers,
+    path_from,
 )
 from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded, status_of
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def characterize(
-    path: Annotated[Path, typer.Argument(metavar="PATH", help="A study folder, or a study.toml.")],
+    path: Annotated[Path, typer.Argument(parser=path_from, metavar="PATH", help="A study folder, or a study.toml.")],
     *,
     out: Out = None,
     iso: Isos = None,
@@ -58,13 +59,13 @@ def characterize(
 ) -> None:
     """Measure a sensor."""
     with guarded(verbose=verbose):
-        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
+        from fullwell.cli.parsing import selection_from, tile_from  # noqa: PLC0415 - heavy, `--help` does not need it
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
         selection = selection_from(
             isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera, crop=crop
         )
-        options = Options(selection=selection, tile=tile, workers=workers or os.cpu_count() or 1)
+        options = Options(selection=selection, tile=tile_from(tile), workers=workers or os.cpu_count() or 1)
         if dry_run:
             findings = _show_plan(path, options, as_json=as_json)
         else:

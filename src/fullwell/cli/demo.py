@@ -7,16 +7,16 @@ from typing import Annotated
 
 import typer
 
-from fullwell.cli.options import Quiet, Verbose, Version, Workers
+from fullwell.cli.options import Quiet, Verbose, Version, Workers, path_from
 from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded, status_of
 
 
 def demo(
     *,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder for frames and results.")] = Path(
-        "fullwell-demo"
-    ),
+    out: Annotated[
+        Path, typer.Option("--out", "-o", parser=path_from, metavar="FOLDER", help="Folder for frames and results.")
+    ] = Path("fullwell-demo"),
     full: Annotated[bool, typer.Option("--full", help="The real camera's size: four times the pixels.")] = False,
     workers: Workers = None,
     quiet: Quiet = False,

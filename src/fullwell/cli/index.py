@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fullwell.cli.options import Cfa, Quiet, Verbose, Version
+from fullwell.cli.options import Cfa, Quiet, Verbose, Version, path_from
 from fullwell.cli.status import guarded, status_of
 
 if TYPE_CHECKING:
@@ -14,11 +14,15 @@ if TYPE_CHECKING:
 
 
 def index(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that holds the capture folders.")],
+    folder: Annotated[
+        Path, typer.Argument(parser=path_from, metavar="FOLDER", help="Folder that holds the capture folders.")
+    ],
     *,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="Manifest to write; FOLDER/study.toml by default."),
+        typer.Option(
+            "--out", "-o", parser=path_from, metavar="FILE", help="Manifest to write; FOLDER/study.toml by default."
+        ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a manifest that is there.")] = False,
     cfa: Cfa = None,

@@ -15,6 +15,20 @@ def _show_version(value: bool) -> None:  # noqa: FBT001 - Typer hands an option'
         raise typer.Exit
 
 
+def path_from(text: str | Path) -> Path:
+    """Return a path, which a default is already; an empty text, as an unset shell variable leaves, is refused.
+
+    Raises
+    ------
+    typer.BadParameter
+        The text is empty; `Path` would take it for the current folder.
+
+    """
+    if not str(text).strip():
+        raise typer.BadParameter("the path is empty; for the current folder give a dot.")
+    return Path(text)
+
+
 Version = Annotated[
     bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
 ]
@@ -34,9 +48,8 @@ Tile = Annotated[
     int | None,
     typer.Option(
         "--tile",
-        min=4,
         metavar="N",
-        help="Edge of a tile in pixels of a CFA plane; by default 64, or an eighth of a small plane.",
+        help="Edge of a tile in pixels of a CFA plane, 4 to 256; by default 64, or an eighth of a small plane.",
     ),
 ]
 Cfa = Annotated[
@@ -61,5 +74,11 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no s
 Verbose = Annotated[bool, typer.Option("--verbose", help="Show the traceback of an error.")]
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="FOLDER", help="Folder for the results: new, empty, or with results of ours."),
+    typer.Option(
+        "--out",
+        "-o",
+        parser=path_from,
+        metavar="FOLDER",
+        help="Folder for the results: new, empty, or with results of ours.",
+    ),
 ]

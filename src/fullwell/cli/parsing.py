@@ -7,11 +7,14 @@ from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.frames.cameras import camera_named
+from fullwell.frames.crop import SMALLEST_CROP
 from fullwell.frames.naming import PER_SECOND
 from fullwell.frames.selection import Selection
-from fullwell.frames.series import Kind
+from fullwell.frames.series import HIGHEST_CODE, Kind
 from fullwell.raw.cfa import BAYER, MONO
 
+SMALLEST_TILE: Final = 4
+LARGEST_TILE: Final = 256
 _TIME: Final = re.compile(r"(?P<number>[^a-zµ]*(?:e[+-]?\d+)?)(?P<unit>us|µs|ms|s)?", re.IGNORECASE)
 
 
@@ -40,7 +43,7 @@ def selection_from(
         kinds=tuple(_kind(text) for text in _items(only)),
         cfa=None if cfa is None else cfa_from(cfa),
         black_level=None if black is None else _black(black),
-        white_level=white,
+        white_level=None if white is None else _level(white, option="--white", least=1),
         camera=None if camera is None else camera_named(camera),
         crop=None if crop is None else _crop(crop),
     )
@@ -54,14 +57,24 @@ def cfa_from(text: str) -> str:
     return known[text.casefold()]
 
 
+def tile_from(value: int | None) -> int | None:
+    """Return the edge of a tile as it was given [pixel of a plane]; None leaves it to the study."""
+    if value is not None and not SMALLEST_TILE <= value <= LARGEST_TILE:
+        raise UsageError(f"--tile {value}: give {SMALLEST_TILE} to {LARGEST_TILE} pixels of a CFA plane.")
+    return value
+
+
 def _crop(text: str) -> tuple[int, int, int, int]:
     """Return x, y, width and height of a region [pixel]."""
-    wish = f"--crop {text}: give x,y,width,height in pixels of the visible mosaic, for example 100,100,800,600."
+    wish = (
+        f"--crop {text}: give x,y,width,height in pixels of the visible mosaic, for example 100,100,800,600; "
+        f"width and height are at least {SMALLEST_CROP}, and {2 * SMALLEST_CROP} with a Bayer pattern."
+    )
     try:
         x, y, width, height = (int(part) for part in text.split(","))
     except ValueError as error:
         raise UsageError(wish) from error
-    if min(x, y) < 0 or min(width, height) < 1:
+    if min(x, y) < 0 or min(width, height) < SMALLEST_CROP:
         raise UsageError(wish)
     return x, y, width, height
 
@@ -77,6 +90,12 @@ def _number(text: str, *, option: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise UsageError(f"{option} {text}: give a number.")
+    return value
+
+
+def _level(value: float, *, option: str, least: int) -> float:
+    if not least <= value <= HIGHEST_CODE:
+        raise UsageError(f"{option} {value:g}: give a level from {least} to {HIGHEST_CODE} DN.")
     return value
 
 
@@ -102,7 +121,7 @@ def _kind(text: str) -> Kind:
 
 
 def _black(text: str) -> tuple[float, ...]:
-    values = tuple(_number(item, option="--black") for item in _items([text]))
+    values = tuple(_level(_number(item, option="--black"), option="--black", least=0) for item in _items([text]))
     if len(values) not in {1, 4}:
         raise UsageError(f"--black {text}: give one level, or four (one per CFA site, row by row).")
     return values

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fullwell.cli.options import Quiet, Verbose, Version, Workers
+from fullwell.cli.options import Quiet, Verbose, Version, Workers, path_from
 from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded
 
@@ -15,7 +15,9 @@ from fullwell.cli.status import guarded
 def simulate(
     config: Annotated[Path, typer.Argument(metavar="CONFIG.toml", help="What to simulate.")],
     *,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Folder for the frames.")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", parser=path_from, metavar="FOLDER", help="Folder for the frames.")
+    ],
     workers: Workers = None,
     quiet: Quiet = False,
     verbose: Verbose = False,

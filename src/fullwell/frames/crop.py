@@ -1,11 +1,15 @@
 """A region of every frame: cropping moves what counts as visible, and with it the phase of the CFA."""
 
 from dataclasses import replace
+from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.frames.series import Frame, Series, Study
-from fullwell.raw.cfa import MONO, shifted
+from fullwell.raw.cfa import MONO, cell, shifted
 from fullwell.raw.image import Area, Levels, RawHeader
+
+SMALLEST_CROP: Final = 2
+"""Least width and height of a region, in cells of the CFA: a variance needs two pixels of a plane."""
 
 
 def cropped(study: Study, region: tuple[int, int, int, int]) -> Study:
@@ -21,7 +25,7 @@ def cropped(study: Study, region: tuple[int, int, int, int]) -> Study:
     Raises
     ------
     UsageError
-        Where the region reaches out of the frames.
+        Where the region reaches out of the frames, or is too small to measure anything.
 
     """
     x, y, width, height = region
@@ -29,6 +33,12 @@ def cropped(study: Study, region: tuple[int, int, int, int]) -> Study:
         raise UsageError(
             f"--crop {x},{y},{width},{height} reaches out of the visible mosaic, which has "
             f"{study.width} x {study.height} pixels."
+        )
+    least = SMALLEST_CROP * cell(study.cfa)
+    if min(width, height) < least:
+        raise UsageError(
+            f"--crop {x},{y},{width},{height} is too small: width and height are at least {least} pixels "
+            f"({SMALLEST_CROP} x {SMALLEST_CROP} cells of a {study.cfa} mosaic)."
         )
     return replace(
         study,

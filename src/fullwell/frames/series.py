@@ -11,6 +11,9 @@ from fullwell.raw.image import Levels, RawHeader
 CONTAINER_BITS: Final = 16
 """Bits of a code where a file says no more than how it stores one."""
 
+HIGHEST_CODE: Final = 2**CONTAINER_BITS - 1
+"""No level lies above it [DN]."""
+
 
 class Kind(StrEnum):
     """What a frame was taken for."""

@@ -12,6 +12,7 @@ from fullwell.frames.series import Kind, Study
 from fullwell.frames.study import index_folder, load_study
 
 MakeFrame = Callable[..., Path]
+_ONE = '[[series]]\nkind = "flat"\nfiles = ["a.tif"]\n'
 
 
 def written(folder: Path, text: str) -> Path:
@@ -57,6 +58,11 @@ def test_a_manifest_outranks_names_and_metadata(tmp_path: Path, make_dng: MakeFr
         ('[camera]\ncfa = "RGBG"\n[[series]]\nkind = "flat"\nfiles = ["a.tif"]\n', ["camera.cfa", "RGGB", "mono"]),
         ('[camera]\niso = 5\n[[series]]\nkind = "flat"\nfiles = ["a.tif"]\n', ["camera.iso", "base_iso"]),
         ('[[serie]]\nkind = "flat"\n', ["serie", "[[series]]"]),
+        (f'[camera]\nblack_level = [1, "x"]\n{_ONE}', ["camera.black_level[2]", '"x"', "should be number"]),
+        (f"[camera]\nblack_level = []\n{_ONE}", ["camera.black_level = []", "at least 1 item"]),
+        (f"[camera]\nblack_level = -1\n{_ONE}", ["camera.black_level = -1", "greater than or equal to 0"]),
+        (f"[camera]\nblack_level = nan\n{_ONE}", ["camera.black_level = nan"]),
+        (f"[camera]\nwhite_level = inf\n{_ONE}", ["camera.white_level = inf", "less than or equal to 65535"]),
         ("[camera\n", ["TOML"]),
     ],
 )
@@ -69,6 +75,13 @@ def test_a_refusal_names_key_value_and_what_is_allowed(
         read_manifest(path)
     for word in (*words, str(path)):
         assert word in str(caught.value)
+
+
+def test_a_level_that_is_no_number_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    path = written(tmp_path, f'[camera]\nblack_level = "x"\n{_ONE}')
+    with pytest.raises(UsageError) as caught:
+        read_manifest(path)
+    assert str(caught.value) == f'{path}: camera.black_level = "x" is not allowed: it should be number.'
 
 
 def test_a_file_belongs_to_one_series(tmp_path: Path, make_tiff: MakeFrame) -> None:

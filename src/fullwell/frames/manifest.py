@@ -13,19 +13,27 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
 
 from fullwell.errors import UsageError
-from fullwell.frames.series import CONTAINER_BITS, Camera, Kind, Series, Study
+from fullwell.frames.series import CONTAINER_BITS, HIGHEST_CODE, Camera, Kind, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
 from fullwell.raw.image import Levels
 
 MANIFEST_NAME: Final = "study.toml"
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-_Level = Annotated[float, Field(allow_inf_nan=False)]
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+_Level = Annotated[float, Field(ge=0.0, le=HIGHEST_CODE)]
 _Levels = Annotated[list[_Level], Field(min_length=1, max_length=4)]
 _Table = TypeVar("_Table", bound=BaseModel)
+
+
+def _form(value: object) -> str:
+    return "sites" if isinstance(value, list) else "level"
+
+
+_Black = Annotated[Annotated[_Level, Tag("level")] | Annotated[_Levels, Tag("sites")], Discriminator(_form)]
 
 
 class _CameraTable(BaseModel):
@@ -34,8 +42,8 @@ class _CameraTable(BaseModel):
     name: str | None = None
     bit_depth: Annotated[int, Field(ge=1, le=16)] | None = None
     cfa: Literal["RGGB", "GRBG", "GBRG", "BGGR", "mono"] | None = None
-    black_level: _Level | _Levels | None = None
-    white_level: _Positive | None = None
+    black_level: _Black | None = None
+    white_level: Annotated[float, Field(ge=1.0, le=HIGHEST_CODE)] | None = None
     pixel_pitch_um: _Positive | None = None
     voltage_swing_v: _Positive | None = None
     base_iso: _Positive | None = None
@@ -50,7 +58,7 @@ class _SeriesTable(BaseModel):
     exposure_s: _Positive | None = None
     iso: _Positive | None = None
     photons: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
-    temperature_c: _Level | None = None
+    temperature_c: _Number | None = None
 
 
 class _Manifest(BaseModel):
@@ -134,7 +142,7 @@ def _sentence(loc: Sequence[int | str], message: str, value: object, reason: str
     for part in loc:
         if isinstance(part, int):
             key += f"[{part + 1}]"
-        elif part not in {"float", "list[float]"} and not part.startswith("constrained"):
+        elif part not in {"level", "sites"}:
             key += f".{part}" if key else part
     if reason == "missing":
         return f"{key} is missing."

@@ -14,7 +14,7 @@ from fullwell.workflow.reduce import reduce_study
 
 WORKERS = 2
 FRAMES = 150
-COMPRESSED_FRAMES = 20
+COMPRESSED_FRAMES = 40
 ONE_SERIES = ((Kind.FLAT, FRAMES),)
 BURSTS = (*((Kind.FLAT, 5),) * 24, *((Kind.DARK, 5),) * 5, (Kind.BIAS, 5))
 

@@ -29,8 +29,7 @@ from fullwell.workflow.slots import Slots, Window
 MOST_BUFFER_BYTES: Final = 400_000_000
 MOST_MAP_BYTES: Final = 400_000_000
 MOST_SLOTS: Final = 8
-LEAST_SLOTS: Final = 4
-"""Frames a thread holds at once: many, so that the maps are touched rarely, but few where few frames are left."""
+"""Frames a thread holds at once: the more, the more rarely the maps are touched."""
 _MAP_BYTES_PER_PIXEL: Final = 12
 
 
@@ -95,7 +94,8 @@ def reduce_study(
     pixels = study.height * study.width
     slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
     workers = max(1, min(workers, len(frames)))
-    useful = max(LEAST_SLOTS, -(-len(frames) // (4 * workers)))
+    # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
+    useful = max(LEGACY_FRAMES, -(-len(frames) // (8 * workers)))
     slots = min(MOST_SLOTS, useful, max(1, MOST_BUFFER_BYTES // (workers * slot_bytes)))
     most_open = max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels)))
     schedule = Schedule(series, most_open=most_open, workers=workers)

@@ -48,6 +48,11 @@ def camera_named(name: str | Path) -> Camera:
     return read_camera(path)
 
 
+def is_built_in(camera: Camera) -> bool:
+    """Return whether these are the facts of a camera known by name."""
+    return any(camera == known for _name, known in _BUILT_IN)
+
+
 def combined(first: Camera, second: Camera) -> Camera:
     """Return the facts of both cameras; where both have one, the first's."""
     return Camera(

@@ -10,6 +10,7 @@ from fullwell.frames.cameras import combined
 from fullwell.frames.checks import exclusion_findings, keep_uniform, merged, study_findings
 from fullwell.frames.crop import cropped
 from fullwell.frames.discovery import discover
+from fullwell.frames.facts import fact_findings
 from fullwell.frames.grouping import group_series
 from fullwell.frames.levels import black_level, white_level
 from fullwell.frames.manifest import MANIFEST_NAME, read_manifest
@@ -167,6 +168,7 @@ def _assembled(
         *source.findings,
         *exclusion_findings(excluded),
         *study_findings(series, kept),
+        *fact_findings(kept, given=selection.camera, camera=camera, white=white),
         *(finding for one in kept for finding in one.findings),
     )
     return Study(

@@ -13,6 +13,7 @@ from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
 from fullwell.raw.image import Levels
 from fullwell.report.write import check_target, write_results
+from fullwell.workflow.bit_depth import bit_depth_findings
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.against_iso import measure_against_iso
@@ -99,7 +100,8 @@ def default_tile(study: Study) -> int:
 
 
 def _results(study: Study, options: Options, tile: int, reduction: Reduction, section: Section) -> Results:
-    findings = (*study.findings, *reduction.findings, *section.findings)
+    unfit = bit_depth_findings(study, reduction.statistics.values())
+    findings = (*study.findings, *reduction.findings, *unfit, *section.findings)
     return Results(
         study=_describe(study, options, tile, reduction),
         rows=section.rows,

@@ -92,12 +92,12 @@ def write_dng(path: Path, mosaic: np.ndarray, *, iso: int, exposure_s: float, bl
     tifffile.imwrite(path, mosaic, photometric=32803, extratags=extratags, metadata=None, software=False)
 
 
-def write_study(root: Path, truth: Truth, *, seed: int) -> None:
+def write_study(root: Path, truth: Truth, *, seed: int, dark_exposures_s: tuple[float, ...] = DARK_EXPOSURES_S) -> None:
     """Write flats, darks and bias frames at every ISO."""
     sensor = Sensor(truth, seed)
     for iso in truth.isos:
         plan = [("flat", t, True, truth.flats) for t in FLAT_EXPOSURES_S]
-        plan += [("dark", t, False, truth.darks) for t in DARK_EXPOSURES_S]
+        plan += [("dark", t, False, truth.darks) for t in dark_exposures_s]
         plan += [("bias", BIAS_EXPOSURE_S, False, truth.biases)]
         for kind, exposure_s, lit, frames in plan:
             for index in range(frames):

@@ -53,7 +53,7 @@ class ReadNoise:
 
 
 def analogue_read_noise(
-    temporal_variance: Measured, *, quantization_step: float = 1.0, spatial_spread_dn: float
+    temporal_variance: Measured, *, quantization_step: float = 1.0, spatial_spread_dn: float, n: int | None = None
 ) -> ReadNoise:
     """Return the noise that rounding was applied to (METHOD 3.3).
 
@@ -66,6 +66,9 @@ def analogue_read_noise(
     spatial_spread_dn
         Standard deviation over the pixels of their levels, free of temporal noise (DSNU); it decides whether the
         levels cover all phases of a code [DN].
+    n
+        Values behind the variance: where hardly any of them left their code, the rule of three bounds how often they
+        may; None leaves that to the standard error.
 
     Returns
     -------
@@ -76,7 +79,8 @@ def analogue_read_noise(
     noise = unrounded_noise(temporal_variance.value, step=quantization_step)
     covered = spatial_spread_dn >= COVERING_SPREAD * quantization_step
     if noise < MEASURABLE * quantization_step and not covered:
-        return _over_unknown_phase(temporal_variance, noise, quantization_step, max(spatial_spread_dn, 0.0))
+        unseen = 0.0 if n is None else 3.0 * quantization_step**2 / n
+        return _over_unknown_phase(temporal_variance, noise, quantization_step, max(spatial_spread_dn, 0.0), unseen)
     if noise >= 0.5 * quantization_step:
         value, slope = temporal_variance.value - quantization_variance(quantization_step), 1.0
     else:
@@ -127,9 +131,9 @@ def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> flo
     return float(np.abs(extremes - rounded_variance(noise, step=step)).max())
 
 
-def _over_unknown_phase(variance: Measured, noise: float, step: float, spread: float) -> ReadNoise:
+def _over_unknown_phase(variance: Measured, noise: float, step: float, spread: float, unseen_dn2: float) -> ReadNoise:
     """Return every noise that some phase reconciles with the variance; its error is that of a uniform law."""
-    slack = 2.0 * (variance.std_error or 0.0)
+    slack = max(2.0 * (variance.std_error or 0.0), unseen_dn2)
     candidates = step * np.linspace(0.005, 1.0, 200)
     phases = step * np.linspace(0.0, 0.5, 9)
     expected = rounded_variance_at_phase(candidates[:, None], phases[None, :], spread=spread, step=step)

@@ -9,6 +9,7 @@ from fullwell.fit.legacy import legacy_frame_slope
 from fullwell.units import DN
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.dark_level import mean_dark_line
+from fullwell.workflow.measure.rounding import rounding_flags
 from fullwell.workflow.measure.section import RowWriter, Section
 
 
@@ -47,7 +48,12 @@ def _missing(bursts: IsoBursts) -> Finding:
 def _rows(bursts: IsoBursts, channel: str, members: Sequence[str], line: DarkLine) -> tuple[Row, ...]:
     write = RowWriter(bursts=bursts).row
     n = sum(burst.plane(member).n * burst.frames for burst in bursts.unlit for member in members)
-    rows = [write("dark_current", channel, "mean-slope", line.slope, source="METHOD 4.1", n=n, recommended=True)]
+    limited = rounding_flags(bursts, members)
+    rows = [
+        write(
+            "dark_current", channel, "mean-slope", line.slope, source="METHOD 4.1", n=n, flags=limited, recommended=True
+        )
+    ]
     darks = bursts.darks
     if len({burst.exposure_s for burst in darks}) >= 2:
         legacy = legacy_frame_slope(

@@ -25,6 +25,8 @@ def measure_dark_variance(bursts: IsoBursts, system_gain: Mapping[str, Measured]
         if channel_gain is None or line is None or channel in bursts.black_clipped:
             continue
         planes = [burst.plane(channel) for burst in unlit]
+        if min(plane.temporal_variance for plane in planes) <= 0.0:
+            continue
         slope = fit_dark_variance_slope(
             [burst.exposure_s for burst in unlit],
             [plane.temporal_variance for plane in planes],

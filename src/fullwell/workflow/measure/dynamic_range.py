@@ -83,8 +83,8 @@ def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[S
 
 
 def _brightest(signal_dn: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Choose the tiles within 5 % of the brightest, in the darkest flat, where nothing saturates yet."""
-    return signal_dn >= 0.95 * float(signal_dn.max())
+    """Choose the tiles within 2 % of the brightest, in the darkest flat, where nothing saturates yet."""
+    return signal_dn >= 0.98 * float(signal_dn.max())
 
 
 def _noise_model(transfer: ChannelTransfer, models: Sequence[ChannelModel]) -> NoiseModel:

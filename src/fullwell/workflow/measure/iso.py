@@ -44,7 +44,7 @@ def measure_iso(study: Study, bursts: IsoBursts) -> Section:
             rows_in_volts(in_dn, levels, study.camera.voltage_swing_v),
             measure_dark_variance(bursts, system_gain),
             measure_range(bursts, levels, transfers, models),
-            measure_steadiness(bursts, transfers),
+            measure_steadiness(bursts, levels, transfers),
             histogram_curves(bursts),
         )
     )

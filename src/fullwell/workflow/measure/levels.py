@@ -12,13 +12,11 @@ from fullwell.frames.series import Study
 from fullwell.units import DN, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.dark_level import dark_frames_level, single_burst_level
-from fullwell.workflow.measure.rounding import mean_rounding_error_dn
+from fullwell.workflow.measure.rounding import rounding_flags
 from fullwell.workflow.measure.section import RowWriter, Section
 from fullwell.workflow.measure.white_level import METADATA, USER, WhiteLevel, white_findings, white_rows
 
 DARK_FRAMES = "dark-frames"
-NOTABLE_ROUNDING_DN = 0.01
-"""Shift of a mean by rounding above which its figures are called quantization-limited [DN]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,8 +144,7 @@ def _black_rows(
         flags.add("offset-not-identified")
     if fused is not None and fused.preferred == (USER,):
         flags.add(USER)
-    if any(mean_rounding_error_dn(burst.plane(channel)) > NOTABLE_ROUNDING_DN for burst in bursts.unlit):
-        flags.add("quantization-limited")
+    flags |= rounding_flags(bursts, [channel])
     rows: list[Row] = []
     if fused is not None:
         rows.append(
@@ -205,6 +202,7 @@ def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: 
         flags.add(USER)
     if not identified:
         flags.add("offset-not-identified")
+    flags |= rounding_flags(bursts, bursts.channels)
     pooled = measured or _declared_together(known)
     write = RowWriter(bursts=bursts).row
     return (write("black_level", "all", "fused", pooled, source="METHOD 2.4", flags=flags, recommended=True),)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -55,7 +56,11 @@ def measure_photon_transfer(
     bursts: IsoBursts, levels: Sequence[ChannelLevels]
 ) -> tuple[Section, tuple[ChannelTransfer, ...]]:
     """Fit the photon-transfer curve of every channel at one ISO."""
-    transfers = tuple(_transfer(bursts, level) for level in levels)
+    transfers = tuple(_transfer(bursts, level, terms=2) for level in levels)
+    if any(transfer.fit is not None and transfer.fit.misfit for transfer in transfers):
+        bent = tuple(_transfer(bursts, level, terms=3) for level in levels)
+        if all(transfer.fit is not None and not transfer.fit.misfit for transfer in bent):
+            transfers = bent
     misfit = any(transfer.fit is not None and transfer.fit.misfit for transfer in transfers)
     rows = [row for transfer in transfers for row in _rows(bursts, transfer, misfit=misfit)]
     rows += _pooled(bursts, transfers)
@@ -63,37 +68,32 @@ def measure_photon_transfer(
     return Section(rows=tuple(rows), findings=_findings(bursts, transfers), curves=curves), transfers
 
 
-def _transfer(bursts: IsoBursts, levels: ChannelLevels) -> ChannelTransfer:
+def _transfer(bursts: IsoBursts, levels: ChannelLevels, *, terms: Literal[2, 3]) -> ChannelTransfer:
+    """Fit the straight line, or a signed curvature with it (METHOD 10.1)."""
     every = [transfer_point(burst, levels) for burst in (*unlit_for_transfer(bursts, levels.channel), *bursts.flats)]
     points = sorted(every, key=lambda point: (point.signal_dn, point.burst.series.key))
     kept = before_saturation(points)
     chosen = [point for point, good in zip(points, kept, strict=True) if good]
     lit = sum(point.burst in bursts.flats for point in chosen)
-    fit = _fit(bursts, levels.channel, chosen) if lit >= 1 and len(chosen) >= 2 else None
+    enough = lit >= 1 and len({point.signal_dn for point in chosen}) >= terms
+    fit = _fit(bursts, levels.channel, chosen, terms=terms) if enough else None
     return ChannelTransfer(channel=levels.channel, points=tuple(points), on_curve=tuple(kept), fit=fit)
 
 
-def _fit(bursts: IsoBursts, channel: str, points: Sequence[TransferPoint]) -> PhotonTransferFit | None:
-    """Fit the straight line, or with a signed curvature where only that describes the points (METHOD 10.1)."""
+def _fit(
+    bursts: IsoBursts, channel: str, points: Sequence[TransferPoint], *, terms: Literal[2, 3]
+) -> PhotonTransferFit:
     unlit = choose_burst(bursts)
     inflation = [
         1.0 if unlit is None else correlation_inflation(unlit.plane(channel), point.variance_dn2) for point in points
     ]
-    line, bent = (
-        fit_photon_transfer(
-            np.array([point.signal_dn for point in points]),
-            np.array([point.variance_dn2 for point in points]),
-            np.array([point.dof for point in points]) / np.array(inflation),
-            n=np.array([point.n for point in points]),
-            terms=terms,
-        )
-        if len(points) >= terms
-        else None
-        for terms in (2, 3)
+    return fit_photon_transfer(
+        np.array([point.signal_dn for point in points]),
+        np.array([point.variance_dn2 for point in points]),
+        np.array([point.dof for point in points]) / np.array(inflation),
+        n=np.array([point.n for point in points]),
+        terms=terms,
     )
-    if line is None or bent is None:
-        return line
-    return bent if line.misfit and not bent.misfit and bent.deviance_dof > 0 else line
 
 
 def _rows(bursts: IsoBursts, transfer: ChannelTransfer, *, misfit: bool) -> tuple[Row, ...]:

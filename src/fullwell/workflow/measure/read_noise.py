@@ -12,6 +12,7 @@ from fullwell.fit.median_pixel import median_pixel_variance
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.read_noise import analogue_read_noise, excess_ratio
 from fullwell.fit.variance_components import temporal_variance, variance_components
+from fullwell.frames.series import Kind
 from fullwell.statistics.series import LegacyBurst, PlaneStatistics
 from fullwell.units import DN, DN2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -70,7 +71,7 @@ def measure_read_noise(bursts: IsoBursts) -> Section:
         noises.append(noise)
         rows += noise_rows(bursts, noise)
         if "black-clipped" not in noise.flags:
-            rows += _tail_rows(bursts, plane)
+            rows += _tail_rows(bursts, burst, plane)
             rows += _component_rows(bursts, plane)
         rows += _legacy_rows(bursts, plane.channel, plane.legacy, noise.flags)
     rows += _whole_mosaic_rows(bursts, burst, noises)
@@ -87,7 +88,7 @@ def _channel_noise(bursts: IsoBursts, plane: PlaneStatistics) -> ChannelNoise:
         exposures_s = [burst.exposure_s for burst in bursts.darks if burst.frames > 1]
         at_zero = _without_exposure(exposures_s, [total_temporal_variance(dark) for dark in darks])
         total, mixed = (at_zero, ()) if at_zero is not None else (total, ("mixed",))
-    noise = analogue_read_noise(total, spatial_spread_dn=plane.fixed_spread)
+    noise = analogue_read_noise(total, spatial_spread_dn=plane.fixed_spread, n=plane.n * plane.frames)
     return ChannelNoise(
         channel=plane.channel,
         variance=noise.variance,
@@ -103,10 +104,12 @@ def _censored_noise(plane: PlaneStatistics) -> ChannelNoise:
     histogram = plane.histogram
     counts = trim_hot_pixels(histogram.counts)
     censored = fit_censored_normal(histogram.first_code, counts, clipped_low=True, clipped_high=False)
-    sigma, error = censored.noise.value, censored.noise.std_error or 0.0
+    sigma, error = censored.noise.value, censored.noise.std_error or math.inf
+    known = error < sigma
+    variance = Measured.normal(sigma**2, 2.0 * sigma * error, DN2) if known else Measured.exact(sigma**2, DN2)
     return ChannelNoise(
         channel=plane.channel,
-        variance=Measured.normal(sigma**2, 2.0 * sigma * error, DN2),
+        variance=variance,
         rounding_error_dn2=0.0,
         method="censored-likelihood",
         flags=("black-clipped", "mixed"),
@@ -146,15 +149,16 @@ def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
     )
 
 
-def _tail_rows(bursts: IsoBursts, plane: PlaneStatistics) -> tuple[Row, ...]:
+def _tail_rows(bursts: IsoBursts, burst: Burst, plane: PlaneStatistics) -> tuple[Row, ...]:
     """Return the noise of the median pixel, and how far the pixels scatter beyond normal noise (METHOD 3.6)."""
     median = median_pixel_variance(plane.temporal_variance_median, frames=plane.frames, pixels=plane.n)
     typical = analogue_read_noise(median, spatial_spread_dn=plane.fixed_spread)
     excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row
     n = plane.n * plane.frames
+    flags = (*typical.flags, *(() if burst.kind is Kind.BIAS else ("mixed",)))
     return (
-        write(READ_NOISE, plane.channel, "median-pixel", typical.noise, source="METHOD 3.6", n=n, flags=typical.flags),
+        write(READ_NOISE, plane.channel, "median-pixel", typical.noise, source="METHOD 3.6", n=n, flags=flags),
         write("read_noise_excess", plane.channel, "scatter-ratio", excess, source="METHOD 3.6", n=n, recommended=True),
     )
 

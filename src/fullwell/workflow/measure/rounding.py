@@ -1,9 +1,13 @@
 """What rounding to whole codes leaves unknown of a temporal variance when the noise is small (METHOD 3.3)."""
 
 import math
+from collections.abc import Iterable
 
 from fullwell.fit.read_noise import phase_effect, unrounded_noise
 from fullwell.statistics.series import PlaneStatistics
+from fullwell.workflow.measure.bursts import IsoBursts
+
+NOTABLE_SHIFT_DN = 0.01
 
 
 def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float) -> float:
@@ -23,11 +27,18 @@ def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> 
 
 
 def mean_rounding_error_dn(plane: PlaneStatistics) -> float:
-    """Return one standard error of a plane's mean from rounding at an unknown phase of the code [DN].
+    """Return the standard error of a plane's mean from rounding at an unknown phase of the code [DN].
 
     The mean of rounded values swings about the true level with amplitude exp(-2 pi^2 s^2) / pi codes, s^2 the variance
-    of what is rounded over pixels and frames: its first harmonic, of which the root mean square is taken.
+    of what is rounded over pixels and frames; that amplitude is taken, since one phase is one draw.
     """
     noise_dn = unrounded_noise(plane.temporal_variance) if plane.frames > 1 else 0.0
     spread_dn2 = noise_dn**2 + (plane.fixed_spread**2 if plane.frames > 1 else plane.spatial_variance)
-    return math.exp(-2.0 * math.pi**2 * spread_dn2) / (math.pi * math.sqrt(2.0))
+    return math.exp(-2.0 * math.pi**2 * spread_dn2) / math.pi
+
+
+def rounding_flags(bursts: IsoBursts, channels: Iterable[str]) -> set[str]:
+    """Return ``quantization-limited`` where rounding may shift the mean of an unlit burst notably."""
+    planes = [burst.plane(channel) for burst in bursts.unlit for channel in channels]
+    limited = any(mean_rounding_error_dn(plane) > NOTABLE_SHIFT_DN for plane in planes)
+    return {"quantization-limited"} if limited else set()

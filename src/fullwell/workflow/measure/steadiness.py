@@ -11,6 +11,7 @@ from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
 from fullwell.units import DN, PERCENT
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.transfer_points import TransferPoint
@@ -19,7 +20,9 @@ DRIFT_SIGNIFICANCE = 1e-4
 SMALLEST_DEVIATION = 0.005
 
 
-def measure_steadiness(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> Section:
+def measure_steadiness(
+    bursts: IsoBursts, levels: Sequence[ChannelLevels], transfers: Sequence[ChannelTransfer]
+) -> Section:
     """Look for drift within every series, and for exposures off the line of the longer ones."""
     every = (*bursts.unlit, *bursts.flats)
     drifting = [name for name, group in _groups(bursts).items() if _drifts(group)]
@@ -30,9 +33,10 @@ def measure_steadiness(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) 
             "camera and light settle before a burst; black level and dark current of drifting frames are not reliable"
         )
         findings.append(Finding(code="drift", severity=Severity.WARNING, message=message))
-    findings += _exposure_findings(bursts, transfers)
+    known = [transfer for level, transfer in zip(levels, transfers, strict=True) if level.black is not None]
+    findings += _exposure_findings(bursts, known)
     curves = [_frame_means(bursts, every)] if every else []
-    curves += [_response(bursts, transfer) for transfer in transfers if _lit(bursts, transfer)]
+    curves += [_response(bursts, transfer) for transfer in known if _lit(bursts, transfer)]
     return Section(findings=tuple(findings), curves=tuple(curves))
 
 
@@ -107,7 +111,7 @@ def _exposure_findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) 
     named = ", ".join(f"{exposure_s:g} s {100.0 * deviation:+.1f} %" for exposure_s, deviation in sorted(said.items()))
     message = (
         f"signal is not proportional to exposure at {bursts.label}: {named} against the median of the longer half; "
-        "the exposure times, the light or the response are not what they seem there"
+        "the exposure times, the light, the response or the black level are not what they seem"
     )
     return (Finding(code="exposure-deviates", severity=Severity.WARNING, message=message),)
 

@@ -9,6 +9,7 @@ from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.white_level import WhiteLevel
 
+CODES_THAT_SHOW_A_CUT = 4
 MAX_SATURATED = 1e-3
 """Largest share of saturated pixels of a dark frame that still counts as hot pixels, not as saturation."""
 
@@ -50,5 +51,8 @@ def _saturates(burst: Burst, white: WhiteLevel) -> bool:
 
 
 def _is_clipped(plane: PlaneStatistics) -> bool:
+    """Tell whether a plane is cut at its lowest code: at code 0, or where enough codes show the shape of the cut."""
     histogram = plane.histogram
-    return bool((histogram.counts > 0).sum() > 1 and is_clipped_low(histogram.first_code, histogram.counts))
+    populated = int((histogram.counts > MAX_SATURATED * histogram.counts.sum()).sum())
+    shows = populated >= CODES_THAT_SHOW_A_CUT or (populated > 1 and histogram.first_code == 0)
+    return shows and is_clipped_low(histogram.first_code, histogram.counts)

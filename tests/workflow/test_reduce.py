@@ -13,7 +13,7 @@ import pytest
 import tifffile
 import xxhash
 
-from fullwell.errors import RawFileError, UsageError
+from fullwell.errors import RawFileError
 from fullwell.findings import Severity
 from fullwell.frames.series import Camera, Frame, Kind, Series, Study
 from fullwell.raw.open import read_header
@@ -173,17 +173,6 @@ def test_a_file_that_grew_is_read_whole(study: tuple[Study, Mosaics]) -> None:
     assert_same(found.statistics[series.key], direct(series, study[1]))
 
 
-def test_crop_measures_a_part_and_keeps_its_channels(study: tuple[Study, Mosaics]) -> None:
-    x, y, width, height = 11, 6, 40, 31
-    found = reduce_study(study[0], workers=2, tile=TILE, crop=(x, y, width, height))
-    planes = found.statistics["flat", 100.0, 0.01].planes
-    assert [plane.channel for plane in planes] == ["R", "G1", "G2", "B"]
-    stack = np.stack([study[1][f"flat-0.01-{k:02d}.dng"][y : y + height, x : x + width] for k in range(4)])
-    assert planes[0].mean == stack[:, ::2, ::2].mean()
-    with pytest.raises(UsageError, match="does not lie within"):
-        reduce_study(study[0], workers=2, crop=(0, 0, WIDTH + 1, 4))
-
-
 def test_progress_hears_of_every_frame(study: tuple[Study, Mosaics]) -> None:
     class Listener:
         def __init__(self) -> None:
@@ -243,9 +232,9 @@ def largest_memory(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
     original = reduce.Slots
 
     class Counting(original):
-        def __init__(self, *, slots: int, slot_bytes: int, window: object) -> None:
+        def __init__(self, *, slots: int, slot_bytes: int, height: int, width: int) -> None:
             asked.append(slots * slot_bytes)
-            super().__init__(slots=slots, slot_bytes=slot_bytes, window=window)
+            super().__init__(slots=slots, slot_bytes=slot_bytes, height=height, width=width)
 
     monkeypatch.setattr(reduce, "Slots", Counting)
     return lambda: sum(asked)

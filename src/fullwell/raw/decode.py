@@ -17,7 +17,9 @@ from fullwell.raw.tags import Compression
 _NATIVE: Final = "<" if sys.byteorder == "little" else ">"
 
 
-def decode_segments(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16]:
+def decode_segments(
+    layout: Layout, data: memoryview, area: Area, *, out: NDArray[np.uint16] | None = None
+) -> NDArray[np.uint16]:
     """Return the visible mosaic of a stored image.
 
     Parameters
@@ -28,6 +30,8 @@ def decode_segments(layout: Layout, data: memoryview, area: Area) -> NDArray[np.
         The whole file.
     area
         Visible mosaic in raw coordinates.
+    out
+        Memory for the mosaic where it is not a view of ``data``, of its shape; None takes new memory.
 
     Returns
     -------
@@ -50,7 +54,7 @@ def decode_segments(layout: Layout, data: memoryview, area: Area) -> NDArray[np.
         whole = _assemble(layout, data, Area(0, 0, layout.height, layout.width))
         ordered = _deinterleaved(whole, rows=layout.row_interleave, columns=layout.column_interleave)
         return np.ascontiguousarray(ordered[area.top : area.bottom, area.left : area.right])
-    return _assemble(layout, data, area)
+    return _assemble(layout, data, area, out=out)
 
 
 def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
@@ -72,8 +76,11 @@ def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16
     return pixels.reshape(layout.height, layout.width) if pixels.flags.aligned else None
 
 
-def _assemble(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16]:
-    mosaic = np.empty((area.bottom - area.top, area.right - area.left), dtype=np.uint16)
+def _assemble(
+    layout: Layout, data: memoryview, area: Area, *, out: NDArray[np.uint16] | None = None
+) -> NDArray[np.uint16]:
+    shape = (area.bottom - area.top, area.right - area.left)
+    mosaic = np.empty(shape, dtype=np.uint16) if out is None or out.shape != shape else out
     table = _full_table(layout)
     for segment in range(len(layout.offsets)):
         top = segment // layout.across * layout.segment_height

@@ -89,7 +89,9 @@ def require_measurable(header: RawHeader) -> None:
             raise UnsuitableFileError(finding.code, finding.message)
 
 
-def decode(header: RawHeader, data: bytes | bytearray | memoryview) -> NDArray[np.uint16]:
+def decode(
+    header: RawHeader, data: bytes | bytearray | memoryview, *, out: NDArray[np.uint16] | None = None
+) -> NDArray[np.uint16]:
     """Return the visible mosaic of a raw file that is already in memory.
 
     Parameters
@@ -98,12 +100,15 @@ def decode(header: RawHeader, data: bytes | bytearray | memoryview) -> NDArray[n
         The file's header.
     data
         All bytes of the file.
+    out
+        Memory for the mosaic, shape (header.height, header.width), C-contiguous, apart from ``data``; used where
+        samples are not stored the way they are returned.
 
     Returns
     -------
     ndarray
         Array of ``uint16``, shape (header.height, header.width), C-contiguous and read-only; never clipped at black,
-        a LinearizationTable applied. A view of ``data`` where samples are stored that way [DN].
+        a LinearizationTable applied. A view of ``data`` where samples are stored that way, or of ``out`` [DN].
 
     Raises
     ------
@@ -116,9 +121,10 @@ def decode(header: RawHeader, data: bytes | bytearray | memoryview) -> NDArray[n
     require_measurable(header)
     view = memoryview(data).cast("B")
     if isinstance(header.layout, Layout):
-        mosaic = decode_segments(header.layout, view, header.active_area)
+        mosaic = decode_segments(header.layout, view, header.active_area, out=out)
     else:
         mosaic = decode_png(header, view)
+    mosaic = mosaic.view()
     mosaic.flags.writeable = False
     return mosaic
 

@@ -16,15 +16,13 @@ from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
-from fullwell.raw.cfa import shifted
-from fullwell.raw.image import Area
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.workflow.executor import Progress, run_threads
 from fullwell.workflow.schedule import OpenSeries, Schedule
-from fullwell.workflow.slots import Slots, Window
+from fullwell.workflow.slots import Slots
 
 MOST_BUFFER_BYTES: Final = 400_000_000
 MOST_MAP_BYTES: Final = 400_000_000
@@ -61,7 +59,6 @@ def reduce_study(
     *,
     workers: int,
     tile: int = 64,
-    crop: tuple[int, int, int, int] | None = None,
     progress: Progress | None = None,
 ) -> Reduction:
     """Read every frame of a study once and return the statistics of its series.
@@ -74,19 +71,16 @@ def reduce_study(
         Threads; the result does not depend on their number.
     tile
         Edge of a tile [pixel of a plane].
-    crop
-        x, y, width and height of the region to measure [pixel of the visible mosaic]; None is all of it.
     progress
         Told of every frame.
 
     Raises
     ------
     UsageError
-        The crop does not lie within the frames, or the tile is too large or too small.
+        The frames are too small or too large, or the tile is.
 
     """
-    window = _window(study, crop)
-    layout = _layout(study, window, tile)
+    layout = _layout(study, tile)
     series = [one for one in study.series if one.frames]
     frames = [frame for one in series for frame in one.frames]
     if progress is not None:
@@ -96,35 +90,18 @@ def reduce_study(
     workers = max(1, min(workers, len(frames)))
     # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
     useful = max(LEGACY_FRAMES, -(-len(frames) // (8 * workers)))
-    slots = min(MOST_SLOTS, useful, max(1, MOST_BUFFER_BYTES // (workers * slot_bytes)))
+    apart = any(frame.header.compression != "none" for frame in frames)
+    slots = min(MOST_SLOTS, useful, max(1, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart))
     most_open = max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels)))
     schedule = Schedule(series, most_open=most_open, workers=workers)
-    task = _Reducer(
-        schedule=schedule, layout=layout, window=window, slots=slots, slot_bytes=slot_bytes, progress=progress
-    )
+    task = _Reducer(schedule=schedule, layout=layout, slots=slots, slot_bytes=slot_bytes, progress=progress)
     run_threads(task.work, workers=workers)
     return task.reduction(series)
 
 
-def _window(study: Study, crop: tuple[int, int, int, int] | None) -> Window:
-    x, y, width, height = crop or (0, 0, study.width, study.height)
-    if x < 0 or y < 0 or width < 1 or height < 1 or x + width > study.width or y + height > study.height:
-        raise UsageError(
-            f"the crop {x},{y},{width},{height} does not lie within the frames; "
-            f"they have {study.width} columns and {study.height} rows"
-        )
-    return Window(height=study.height, width=study.width, area=Area(y, x, y + height, x + width))
-
-
-def _layout(study: Study, window: Window, tile: int) -> Layout:
-    area = window.area
+def _layout(study: Study, tile: int) -> Layout:
     try:
-        return Layout(
-            height=area.bottom - area.top,
-            width=area.right - area.left,
-            cfa=shifted(study.cfa, rows=area.top, columns=area.left),
-            tile=tile,
-        )
+        return Layout(height=study.height, width=study.width, cfa=study.cfa, tile=tile)
     except ValueError as error:
         raise UsageError(str(error)) from error
 
@@ -137,14 +114,12 @@ class _Reducer:
         *,
         schedule: Schedule,
         layout: Layout,
-        window: Window,
         slots: int,
         slot_bytes: int,
         progress: Progress | None,
     ) -> None:
         self._schedule = schedule
         self._layout = layout
-        self._window = window
         self._slots = slots
         self._slot_bytes = slot_bytes
         self._progress = progress
@@ -154,7 +129,8 @@ class _Reducer:
 
     def work(self, index: int, stop: Event) -> None:
         """Add frames until there are none left, as one thread of several."""
-        slots = Slots(slots=self._slots, slot_bytes=self._slot_bytes, window=self._window)
+        layout = self._layout
+        slots = Slots(slots=self._slots, slot_bytes=self._slot_bytes, height=layout.height, width=layout.width)
         first_band = index * len(self._layout.bands()) // self._schedule.workers
         while (task := self._schedule.take(stop)) is not None:
             opened, first = task

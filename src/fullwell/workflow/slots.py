@@ -1,6 +1,5 @@
 """Raw files are read into memory that is used again and again."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -11,34 +10,10 @@ from xxhash import xxh3_128
 from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
 from fullwell.kernels.moments import Stack
-from fullwell.raw.image import Area
 from fullwell.raw.open import decode
 
 _LINE: Final = 64
 _PIECE: Final = 1 << 18
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
-    """What every frame must be, and the part of it that is measured.
-
-    Parameters
-    ----------
-    height, width
-        Size of the visible mosaic [pixel].
-    area
-        The part that is kept.
-
-    """
-
-    height: int
-    width: int
-    area: Area
-
-    @property
-    def whole(self) -> bool:
-        """Return whether nothing is cut off."""
-        return self.area == (0, 0, self.height, self.width)
 
 
 class Slots:
@@ -50,16 +25,17 @@ class Slots:
         Files that fit at once.
     slot_bytes
         Room for the largest file, and for the largest mosaic.
-    window
-        What is kept of each frame.
+    height, width
+        Size of every frame's visible mosaic [pixel].
 
     """
 
-    def __init__(self, *, slots: int, slot_bytes: int, window: Window) -> None:
+    def __init__(self, *, slots: int, slot_bytes: int, height: int, width: int) -> None:
         self.slot_bytes = -(-slot_bytes // _LINE) * _LINE
         self._block = np.empty(slots * self.slot_bytes, np.uint8)
         self._codes = self._block.view(np.uint16)
-        self._window = window
+        self._shape = (height, width)
+        self._compressed: NDArray[np.uint8] | None = None
         self._starts: list[int] = []
         self.names: list[str] = []
         self.hashes: dict[str, str] = {}
@@ -81,20 +57,27 @@ class Slots:
 
         """
         first = len(self._starts) * self.slot_bytes
-        slot = self._block.data[first : first + self.slot_bytes]
-        data, self.hashes[frame.name] = _read_into(frame.header.path, slot)
-        mosaic = decode(frame.header, data)
-        if mosaic.shape != (self._window.height, self._window.width):
+        slot = self._block[first : first + self.slot_bytes]
+        stored = slot if frame.header.compression == "none" else self._apart()
+        data, self.hashes[frame.name] = _read_into(frame.header.path, stored.data)
+        target = slot[: 2 * self._shape[0] * self._shape[1]].view(np.uint16).reshape(self._shape)
+        mosaic = decode(frame.header, data, out=None if stored is slot else target)
+        if mosaic.shape != self._shape:
             raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
         self._starts.append(self._place(mosaic, first))
         self.names.append(frame.name)
+
+    def _apart(self) -> NDArray[np.uint8]:
+        """Return memory for a file whose mosaic is decoded into its slot, taken once."""
+        if self._compressed is None:
+            self._compressed = np.empty(self.slot_bytes, np.uint8)
+        return self._compressed
 
     def stack(self) -> Stack:
         """Return the mosaics as they lie."""
         codes = self._codes.view()
         codes.flags.writeable = False
-        area = self._window.area
-        return Stack(codes, np.array(self._starts, dtype=np.int64), area.right - area.left)
+        return Stack(codes, np.array(self._starts, dtype=np.int64), self._shape[1])
 
     def clear(self) -> None:
         """Make room for other files; the hashes stay."""
@@ -103,15 +86,12 @@ class Slots:
 
     def _place(self, mosaic: NDArray[np.uint16], first: int) -> int:
         """Return where in the block a mosaic begins [code], after copying it there unless it is there already."""
-        area = self._window.area
-        kept = mosaic[area.top : area.bottom, area.left : area.right]
-        offset = int(kept.__array_interface__["data"][0]) - int(self._block.__array_interface__["data"][0])
-        inside = first <= offset < first + self.slot_bytes
-        if inside and offset % 2 == 0 and self._window.whole and kept.flags.c_contiguous:
+        offset = int(mosaic.__array_interface__["data"][0]) - int(self._block.__array_interface__["data"][0])
+        if first <= offset < first + self.slot_bytes and offset % 2 == 0 and mosaic.flags.c_contiguous:
             return offset // 2
         start = first // 2
-        target = self._codes[start : start + kept.size].reshape(kept.shape)
-        np.copyto(target, kept)
+        target = self._codes[start : start + mosaic.size].reshape(mosaic.shape)
+        np.copyto(target, mosaic)
         return start
 
 

@@ -74,10 +74,11 @@ def direct(series: Series, mosaics: Mosaics) -> SeriesStatistics:
         Layout(height=HEIGHT, width=WIDTH, cfa="GRBG", tile=TILE), every_histogram=series.kind is not Kind.FLAT
     )
     names = sorted(frame.name for frame in series.frames if frame.name in mosaics)
+    bursts = None
     for part in (names[:5], names[5:]):
         if part:
             moments.add(part, stack_of([mosaics[name] for name in part]))
-        if part == names[:5]:
+        if part == names[:5] and (len(names) <= 5 or series.kind is not Kind.FLAT):
             bursts = burst_sums(moments)
     return finalize(moments, bursts=bursts)
 

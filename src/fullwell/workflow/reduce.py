@@ -1,10 +1,10 @@
 """A study's frames become statistics: each file is read once, by any number of threads, in bounded memory.
 
 A worker takes a few frames of a series, reads, hashes and decodes them, and adds them to the series' moments a row of
-tiles at a time. The first five frames of a series by name are added before any other: they are the burst that the
-published read-noise flows need (METHOD 3.2). Everything else may come in any order, because moments merge exactly; so
-the results are the same for any number of workers. Only where one of those five is damaged are the first five good ones
-read a second time.
+tiles at a time. The first five frames by name of an unlit series are added before any other: they are the burst that
+the published read-noise flows need (METHOD 3.2). Everything else may come in any order, because moments merge exactly;
+so the results are the same for any number of workers. Only where one of those five is damaged are the first five good
+ones read a second time.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +15,7 @@ from typing import Final
 from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
-from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
+from fullwell.frames.series import Exclusion, Frame, Series, Study
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
@@ -144,8 +144,7 @@ class _Reducer:
 
     def _add_first(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:
         """Add the first frames of a series before any other, and keep their sums where more are to come."""
-        every = opened.series.kind in {Kind.DARK, Kind.BIAS}
-        self._schedule.begin(opened, self._layout, every_histogram=every)
+        self._schedule.begin(opened, self._layout, every_histogram=opened.unlit)
         slots.clear()
         for frame in opened.first:
             if stop.is_set():
@@ -154,7 +153,8 @@ class _Reducer:
                 opened.moments.add(slots.names, slots.stack())
                 slots.clear()
             self._read(frame, slots)
-        opened.moments.add(slots.names, slots.stack())
+        if slots.names:
+            opened.moments.add(slots.names, slots.stack())
         if len(opened.series.frames) > LEGACY_FRAMES == len(opened.moments.names):
             opened.bursts = burst_sums(opened.moments)
         opened.begun.set()
@@ -187,7 +187,7 @@ class _Reducer:
     def _finish(self, opened: OpenSeries, slots: Slots) -> None:
         """Turn the complete moments of a series into statistics and let their maps go."""
         names = opened.moments.names
-        if len(names) > LEGACY_FRAMES and opened.bursts is None:
+        if opened.unlit and len(names) > LEGACY_FRAMES and opened.bursts is None:
             opened.bursts = self._burst_again(opened, names[:LEGACY_FRAMES], slots)
         if names:
             self._statistics[opened.series.key] = finalize(opened.moments, bursts=opened.bursts)

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 from threading import Condition, Event
 
-from fullwell.frames.series import Frame, Series
+from fullwell.frames.series import Frame, Kind, Series
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.workflow.executor import POLL_S
@@ -13,8 +13,9 @@ from fullwell.workflow.executor import POLL_S
 class OpenSeries:
     """A series that is being reduced.
 
-    Its first five frames by name belong to the thread that opens it; the others are anybody's, who may read them at
-    once but adds them after the first ones (``begun``).
+    The first five frames by name of an unlit series, which the published read noise is made of, and the frames of a
+    series that has no more than five belong to the thread that opens it; the others are anybody's, who may read them
+    at once but adds them after the first ones (``begun``).
 
     Parameters
     ----------
@@ -26,8 +27,10 @@ class OpenSeries:
     def __init__(self, series: Series) -> None:
         frames = sorted(series.frames, key=lambda frame: frame.name)
         self.series = series
-        self.first = frames[:LEGACY_FRAMES]
-        self.rest = deque(frames[LEGACY_FRAMES:])
+        self.unlit = series.kind in {Kind.DARK, Kind.BIAS}
+        own = LEGACY_FRAMES if self.unlit or len(frames) <= LEGACY_FRAMES else 0
+        self.first = frames[:own]
+        self.rest = deque(frames[own:])
         self.busy = 0
         self.begun = Event()
         self.bursts: tuple[BurstSums, ...] | None = None

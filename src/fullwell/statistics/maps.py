@@ -10,7 +10,9 @@ from fullwell.kernels.moments import Stack
 from fullwell.kernels.moments_summary import map_rows
 
 
-def burst_maps(frames: NDArray[np.uint16], *, workers: int = 1) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def burst_maps(
+    frames: NDArray[np.uint16], *, workers: int = 1, out: NDArray[np.float32] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the mean and the unbiased variance over frames of each pixel.
 
     Sums are exact; each result is rounded to float32 at the end.
@@ -21,6 +23,8 @@ def burst_maps(frames: NDArray[np.uint16], *, workers: int = 1) -> tuple[NDArray
         Shape (frames, height, width), at most 65536 frames [DN].
     workers
         Threads; the maps do not depend on their number.
+    out
+        Memory for both maps, shape (2, height, width), to be used again burst after burst; None takes new memory.
 
     Returns
     -------
@@ -40,7 +44,7 @@ def burst_maps(frames: NDArray[np.uint16], *, workers: int = 1) -> tuple[NDArray
     codes = np.ascontiguousarray(frames, dtype=np.uint16).reshape(-1)
     codes.flags.writeable = False
     stack = Stack(codes, np.arange(count, dtype=np.int64) * (height * width), width)
-    mean, variance = np.empty((2, height, width), np.float32)
+    mean, variance = np.empty((2, height, width), np.float32) if out is None else out
     edges = [height * k // workers for k in range(workers + 1)]
     if workers == 1:
         map_rows(stack, (0, height), mean, variance)

@@ -1,1 +1,1 @@
-"""The verbs: characterize, demo."""
+"""The verbs: characterize, simulate, demo."""

@@ -1,1 +1,0 @@
-"""A mosaic becomes a picture."""

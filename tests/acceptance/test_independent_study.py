@@ -37,8 +37,17 @@ def truth_of(row: dict) -> float | None:
         ("dark_current", "DN/s"): TRUTH.dark_current * gain,
         ("dark_current", "e-/s"): TRUTH.dark_current,
         ("system_gain", "DN/e-"): gain,
+        ("total_dark_noise", "DN"): dark_noise_dn(row) if row["quantity"] == "total_dark_noise" else None,
+        ("total_dark_noise", "e-"): dark_noise_dn(row) / gain if row["quantity"] == "total_dark_noise" else None,
     }
     return known.get((row["quantity"], row["unit"]))
+
+
+def dark_noise_dn(row: dict) -> float:
+    """Return read noise, shot noise of the dark current and DSNU of one frame, without quantization."""
+    gain = TRUTH.gain_at(row["iso"])
+    charge = TRUTH.dark_current * row["exposure_s"]
+    return math.sqrt(TRUTH.read_noise_dn(row["iso"]) ** 2 + gain**2 * (charge + TRUTH.dsnu**2))
 
 
 def judged(results: dict) -> Iterator[tuple[dict, float]]:

@@ -3,6 +3,7 @@
 from fullwell.frames.series import Study
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.dark_current import measure_dark_current
+from fullwell.workflow.measure.dark_noise import measure_dark_noise
 from fullwell.workflow.measure.dark_variance import measure_dark_variance
 from fullwell.workflow.measure.dynamic_range import measure_range
 from fullwell.workflow.measure.histograms import histogram_curves
@@ -43,6 +44,7 @@ def measure_iso(study: Study, bursts: IsoBursts) -> Section:
             rows_in_electrons(in_dn, transfer_section.rows),
             rows_in_volts(in_dn, levels, study.camera.voltage_swing_v),
             measure_dark_variance(bursts, system_gain),
+            measure_dark_noise(bursts, (*in_dn, *transfer_section.rows)),
             measure_range(bursts, levels, transfers, models),
             measure_steadiness(bursts, levels, transfers),
             histogram_curves(bursts),

@@ -88,7 +88,11 @@ def test_pulls_together_are_as_scattered_as_they_should_be(results: dict) -> Non
 
 
 def test_standard_errors_are_no_wider_than_the_design_allows(results: dict) -> None:
-    """Read noise: n (L - 1) degrees of freedom; system gain: Fisher information of five flats and the bias burst."""
+    """Read noise: n (L - 1) degrees of freedom; system gain: Fisher information of five flats and the bias burst.
+
+    Five per cent on top: pixels lose 1/576 of their freedom to the means of 24 x 24 tiles, and the scatter over pixels
+    that a read-noise error takes into account is known to 1 % (one standard error), of which it takes the excess.
+    """
     n = TRUTH.width * TRUTH.height / 4
     for row, truth in judged(results):
         if row["method"] == "temporal-variance" and row["unit"] == "DN" and row["channel"] != "all":
@@ -96,9 +100,9 @@ def test_standard_errors_are_no_wider_than_the_design_allows(results: dict) -> N
             row_share = (TRUTH.row_noise * TRUTH.gain_at(row["iso"])) ** 2 / total
             inflation = 1 + (TRUTH.width / 2 - 1) * row_share**2
             ideal = total * math.sqrt(2 / (n * (TRUTH.biases - 1)) * inflation) / (2 * truth)
-            assert row["std_error"] < 1.15 * ideal
+            assert row["std_error"] < 1.05 * ideal
         if row["quantity"] == "system_gain" and row["channel"] != "all":
-            assert row["std_error"] < 1.15 * ideal_gain_error(row["iso"], row["channel"])
+            assert row["std_error"] < 1.05 * ideal_gain_error(row["iso"], row["channel"])
 
 
 def ideal_gain_error(iso: int, channel: str) -> float:

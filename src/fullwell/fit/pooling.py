@@ -111,3 +111,17 @@ def _welch_p(q: float, share: np.ndarray, dof: np.ndarray) -> float:
     numerator = q / (groups - 1) / (1.0 + 2.0 * (groups - 2) * doubt / (groups**2 - 1))
     denominator = (groups**2 - 1) / (3.0 * doubt) if doubt > 0.0 else math.inf
     return float(fdtrc(groups - 1, min(denominator, 1e9), numerator))
+
+
+def mean_sharing_errors(measurements: Sequence[Measured]) -> Measured:
+    """Return the mean of measurements that err together, such as levels that one tag declares: its error is theirs.
+
+    Examples
+    --------
+    >>> mean_sharing_errors([Measured.normal(1.0, 0.3, "DN"), Measured.normal(3.0, 0.3, "DN")]).std_error
+    0.3
+
+    """
+    value = sum(one.value for one in measurements) / len(measurements)
+    error = sum(one.std_error or 0.0 for one in measurements) / len(measurements)
+    return Measured.normal(value, error, measurements[0].unit)

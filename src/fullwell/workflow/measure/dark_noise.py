@@ -7,7 +7,7 @@ from fullwell.figures.conversions import to_electrons
 from fullwell.figures.results import Row
 from fullwell.glossary import RECOMMENDED
 from fullwell.statistics.series import PlaneStatistics
-from fullwell.units import DN, DN2, DN_PER_SECOND, Measured, square_root
+from fullwell.units import DN, DN2, DN_PER_SECOND, Measured, combined_dof, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.section import RowWriter, Section
 
@@ -53,8 +53,10 @@ def measure_dark_noise(bursts: IsoBursts, rows: Iterable[Row]) -> Section:
 def _shot_variance(dark_current: Measured, system_gain: Measured, exposure_s: float) -> Measured:
     """Return K i t of a dark current in DN/s [DN^2]."""
     value = system_gain.value * dark_current.value * exposure_s
-    relative = [(one.std_error or 0.0) / one.value for one in (dark_current, system_gain) if one.value != 0.0]
-    return Measured.normal(value, abs(value) * math.hypot(*relative) if relative else 0.0, DN2)
+    by_current = system_gain.value * exposure_s * (dark_current.std_error or 0.0)
+    by_system_gain = abs(dark_current.value) * exposure_s * (system_gain.std_error or 0.0)
+    dof = combined_dof((by_current, dark_current.dof), (by_system_gain, system_gain.dof))
+    return Measured.student(value, math.hypot(by_current, by_system_gain), dof, DN2)
 
 
 def _pattern_variance(plane: PlaneStatistics) -> Measured:
@@ -66,5 +68,6 @@ def _pattern_variance(plane: PlaneStatistics) -> Measured:
 
 
 def _sum(*variances: Measured) -> Measured:
-    error = math.sqrt(sum((one.std_error or 0.0) ** 2 for one in variances))
-    return Measured.normal(sum(one.value for one in variances), error, DN2)
+    errors = [(one.std_error or 0.0, one.dof) for one in variances]
+    value, error = sum(one.value for one in variances), math.hypot(*(error for error, _ in errors))
+    return Measured.student(value, error, combined_dof(*errors), DN2)

@@ -7,7 +7,7 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.black_level import Evidence, FusedLevel, fuse
 from fullwell.fit.black_level import declared as declared_level
-from fullwell.fit.pooling import pool_channels
+from fullwell.fit.pooling import mean_sharing_errors, pool_channels
 from fullwell.frames.series import Study
 from fullwell.units import DN, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -31,8 +31,6 @@ class ChannelLevels:
         Whether the frames themselves determine it.
     white_dn
         The highest code the channel can reach [DN]; None where nothing tells it.
-    piles_up
-        Whether frames were seen to pile up at ``white_dn``.
 
     """
 
@@ -40,7 +38,6 @@ class ChannelLevels:
     black: Measured | None
     black_identified: bool
     white_dn: float | None
-    piles_up: bool
 
     @property
     def black_dn(self) -> float:
@@ -78,7 +75,6 @@ def measure_levels(
                 black=None if fused is None else fused.measured,
                 black_identified=fused is not None and (fused.identified or fused.preferred == (USER,)),
                 white_dn=white.level_dn,
-                piles_up=white.piles_up,
             )
         )
     given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
@@ -203,13 +199,6 @@ def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: 
     if not identified:
         flags.add("offset-not-identified")
     flags |= rounding_flags(bursts, bursts.channels)
-    pooled = measured or _declared_together(known)
+    pooled = measured or mean_sharing_errors(known)
     write = RowWriter(bursts=bursts).row
     return (write("black_level", "all", "fused", pooled, source="METHOD 2.4", flags=flags, recommended=True),)
-
-
-def _declared_together(levels: Sequence[Measured]) -> Measured:
-    """Return the mean of levels that one tag declares: they err together."""
-    value = sum(level.value for level in levels) / len(levels)
-    error = sum(level.std_error or 0.0 for level in levels) / len(levels)
-    return Measured.normal(value, error, DN)

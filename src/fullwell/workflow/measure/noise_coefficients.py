@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
 from fullwell.fit.photon_transfer import fit_burst_photon_transfer
-from fullwell.fit.pooling import pool_channels
+from fullwell.fit.pooling import mean_sharing_errors, pool_channels
 from fullwell.units import ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
@@ -171,17 +171,10 @@ def _pooled(
         return ()
     pooled = [pool_channels(part) for part in zip(*(_variances(ks) for ks in fitted), strict=True)]
     if any(one.rounding_limited for one in models):
-        pooled[0] = (_sharing_their_error([ks.k_dark_variance for ks in fitted]), pooled[0][1])
+        pooled[0] = (mean_sharing_errors([ks.k_dark_variance for ks in fitted]), pooled[0][1])
     flags = _flags(
         misfit=any(one.misfit for one in models),
         identified=all(one.black_identified for one in levels),
         differ=[name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < 0.01],
     )
     return _rows(bursts, "all", [measured for measured, _ in pooled], n=sum(one.n for one in models), flags=flags)
-
-
-def _sharing_their_error(measurements: Sequence[Measured]) -> Measured:
-    """Return the mean of measurements that err together: its error is the mean of theirs."""
-    value = sum(one.value for one in measurements) / len(measurements)
-    error = sum(one.std_error or 0.0 for one in measurements) / len(measurements)
-    return Measured.normal(value, error, measurements[0].unit)

@@ -21,8 +21,12 @@ class TransferPoint:
 
     Parameters
     ----------
+    burst, channel
+        What the point was measured on.
     signal_dn
         Mean above black over the admitted tiles [DN].
+    plane_signal_dn
+        Mean above black over the whole plane, clipped tiles included [DN].
     variance_dn2
         Temporal variance, quantization and read noise included, light flicker removed [DN^2]; NaN for one frame.
     dof

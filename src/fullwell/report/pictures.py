@@ -1,6 +1,7 @@
 """The few small arrays a report shows as pictures; everything else it draws from rows and curves."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,8 +80,114 @@ class DarkZoom:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ShadingPicture:
+    """The shading of one CFA plane in one burst of flats, on at most 64 x 64 points.
+
+    Parameters
+    ----------
+    iso
+        None where unknown.
+    exposure_s
+        Exposure of the burst [s].
+    channel
+        The plane.
+    model
+        Name of the model behind `fitted`: the one that was chosen.
+    rows, columns
+        Positions of the points in the plane, shapes (V,) and (H,) [plane pixel].
+    measured
+        Mean signal above black, NaN where bins were left out, shape (V, H) [DN].
+    fitted
+        The model's surface, shape (V, H) [DN].
+    normalized
+        The fitted surface over its value at the model's centre, shape (V, H) [1].
+    residual
+        measured / fitted - 1, shape (V, H) [1].
+    cos4
+        Cosine-fourth of the stated focal length, 1 at its centre, shape (V, H) [1];
+        None where no focal length is known.
+    legacy
+        The study's own poly22 map, divided by its maximum, shape (V, H) [1]; None without.
+
+    """
+
+    iso: float | None
+    exposure_s: float
+    channel: str
+    model: str
+    rows: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    fitted: NDArray[np.float64]
+    normalized: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    cos4: NDArray[np.float64] | None = None
+    legacy: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShadingDifferencePicture:
+    """How the shading of one burst of flats differs from that of the base burst.
+
+    Parameters
+    ----------
+    iso, base_iso
+        ISO of the two bursts; None where unknown.
+    exposure_s, base_exposure_s
+        Their exposures [s].
+    difference
+        Relative difference of the two maps, mean over the CFA planes, shape (V, H) [1].
+    over_error
+        The difference over its standard error, shape (V, H) [1].
+    p_value
+        Probability of so large a chi-square if the two maps were the same [1].
+
+    """
+
+    iso: float | None
+    exposure_s: float
+    base_iso: float | None
+    base_exposure_s: float
+    difference: NDArray[np.float64]
+    over_error: NDArray[np.float64]
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResponsePicture:
+    """The slope of every pixel over exposure, for one crop or tile of the mosaic.
+
+    Parameters
+    ----------
+    iso
+        None where unknown.
+    channel
+        A plane, or `all` for the mosaic.
+    title
+        What is seen; it goes into the caption.
+    image
+        The slopes, binned to at most 128 x 128, shape (V, H) [unit].
+    unit
+        Unit of the slopes.
+    kind
+        `crop` (about a million pixels) or `tile` (64 x 64 pixels of the mosaic).
+
+    """
+
+    iso: float | None
+    channel: str
+    title: str
+    image: NDArray[np.float64] | NDArray[np.float32]
+    unit: str
+    kind: Literal["crop", "tile"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Pictures:
     """All pictures of a report."""
 
     differences: tuple[DifferencePicture, ...] = ()
     dark_zooms: tuple[DarkZoom, ...] = ()
+    shading: tuple[ShadingPicture, ...] = ()
+    shading_differences: tuple[ShadingDifferencePicture, ...] = ()
+    responses: tuple[ResponsePicture, ...] = ()

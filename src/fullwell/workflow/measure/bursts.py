@@ -3,16 +3,29 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fullwell.frames.series import Kind, Series, Study
 from fullwell.statistics.series import PlaneStatistics, SeriesStatistics
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Burst:
-    """One series and its statistics."""
+    """One series and what its frames came to.
+
+    Parameters
+    ----------
+    series, statistics
+        The frames and their numbers.
+    sums
+        Sum over the frames of each pixel, shape (height, width) [DN]; None where it was not kept.
+
+    """
 
     series: Series
     statistics: SeriesStatistics
+    sums: NDArray[np.uint32] | None = None
 
     @property
     def kind(self) -> Kind:
@@ -32,6 +45,22 @@ class Burst:
     def plane(self, channel: str) -> PlaneStatistics:
         """Return the statistics of one channel."""
         return next(plane for plane in self.statistics.planes if plane.channel == channel)
+
+    def plane_sums(self, channel: str) -> NDArray[np.uint32]:
+        """Return the sums over frames of one channel's pixels, a view [DN].
+
+        Raises
+        ------
+        ValueError
+            The sums of this burst were not kept.
+
+        """
+        if self.sums is None:
+            raise ValueError("the sums of this burst were not kept")
+        names = [plane.channel for plane in self.statistics.planes]
+        step = 1 if len(names) == 1 else 2
+        row, column = divmod(names.index(channel), step)
+        return self.sums[row::step, column::step]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +87,9 @@ class IsoBursts:
 
 
 def group_by_iso(
-    study: Study, statistics: Mapping[tuple[str, float, float], SeriesStatistics]
+    study: Study,
+    statistics: Mapping[tuple[str, float, float], SeriesStatistics],
+    sums: Mapping[tuple[str, float, float], NDArray[np.uint32]] | None = None,
 ) -> tuple[IsoBursts, ...]:
     """Group the bursts that survived reduction by ISO, in ascending order.
 
@@ -68,13 +99,15 @@ def group_by_iso(
         The experiment.
     statistics
         Statistics by the key of the series; series without usable frames are absent.
+    sums
+        Sums over frames of each pixel by the same key, as far as they were kept.
 
     """
     groups: list[IsoBursts] = []
     for iso in study.isos:
         bursts = {
             kind: tuple(
-                Burst(series=series, statistics=statistics[series.key])
+                Burst(series=series, statistics=statistics[series.key], sums=(sums or {}).get(series.key))
                 for series in study.select(kind, iso=iso)
                 if series.key in statistics
             )

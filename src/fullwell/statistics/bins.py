@@ -1,4 +1,4 @@
-"""A plane in bins, as lens shading is fitted to it: defective pixels left out, bins near saturation as well (METHOD 6.1)."""
+"""A plane in bins, as lens shading is fitted to it, without defective pixels and bins near saturation (METHOD 6.1)."""
 
 from dataclasses import dataclass
 

@@ -5,9 +5,15 @@ the surface; what is left is laid out in rows and columns, so that row, column a
 """
 
 from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fullwell.statistics.tiles import SURFACE_TERMS, edges, polynomials
+
+SMALLEST_SIDE: Final = 8
+"""Of a tile that a surface of six terms is taken from [pixel]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,5 +83,157 @@ def pattern(
     use
         Which tiles count, shape (tile rows, tile columns); None: all.
 
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).normal(500.0, 2.0, (64, 64))
+    >>> found = pattern(noise, tile=32, relative=False)
+    >>> found.dof.tolist(), round(float(found.variance.mean()), 1)
+    ([[1018, 1018], [1018, 1018]], 4.0)
+
     """
-    raise NotImplementedError
+    if tile < SMALLEST_SIDE:
+        raise ValueError(f"a tile has an edge of at least {SMALLEST_SIDE} pixels, not {tile}")
+    down, across = (_axis(length, tile) for length in plane.shape)
+    chosen = np.ones((down.lengths.size, across.lengths.size), np.bool_) if use is None else use
+    bands = [
+        _band(plane[top : top + height], across, chosen[at], relative=relative)
+        for at, (top, height) in enumerate(zip(down.starts, down.lengths, strict=True))
+    ]
+    dof = np.stack([band.dof for band in bands])
+    rows, pixels, columns = _rows(bands), _pixels(bands, across), _columns(bands, across)
+    counts = dof > 0
+    return Pattern(
+        size=tile,
+        n=down.lengths[:, np.newaxis] * across.lengths,
+        dof=dof,
+        mean=np.stack([band.mean for band in bands]),
+        variance=np.divide(np.stack([band.power for band in bands]), dof, out=np.full(dof.shape, np.nan), where=counts),
+        inverse_square=np.where(counts, np.stack([band.inverse_square for band in bands]), np.nan),
+        row_mean_square=rows.mean_square,
+        column_mean_square=columns.mean_square,
+        pixel_mean_square=pixels.mean_square,
+        row_dof=rows.dof,
+        column_dof=columns.dof,
+        pixel_dof=pixels.dof,
+        rows=columns.length,
+        columns=rows.length,
+    )
+
+
+class _Axis(NamedTuple):
+    """An axis cut in tiles: lengths and starts, polynomials of degree 0 to 2 (3, length), their squares by tile."""
+
+    lengths: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    basis: NDArray[np.float64]
+    squares: NDArray[np.float64]
+
+
+class _Band(NamedTuple):
+    """A row of tiles: sums of squares of the residuals, by tile but for ``columns``, the sums over its height."""
+
+    height: int
+    dof: NDArray[np.int64]
+    mean: NDArray[np.float64]
+    power: NDArray[np.float64]
+    inverse_square: NDArray[np.float64]
+    rows: NDArray[np.float64]
+    columns: NDArray[np.float64]
+    widths: NDArray[np.int64]
+
+
+class _MeanSquare(NamedTuple):
+    """A mean square, its degrees of freedom, and the pixels that each sum runs over."""
+
+    mean_square: float
+    dof: int
+    length: float
+
+
+def _axis(length: int, tile: int) -> _Axis:
+    lengths = edges(length, tile)
+    starts = np.cumsum(lengths) - lengths
+    basis = np.stack((np.ones(length), *polynomials(lengths)))
+    return _Axis(lengths, starts, basis, np.add.reduceat(basis**2, starts, axis=1))
+
+
+def _band(
+    plane: NDArray[np.float32 | np.float64], across: _Axis, chosen: NDArray[np.bool_], *, relative: bool
+) -> _Band:
+    """Take its surface off each tile of a row of tiles."""
+    values = plane.astype(np.float64)
+    height = values.shape[0]
+    sound = np.logical_and.reduceat(np.isfinite(values).all(axis=0), across.starts)
+    values[:, ~np.repeat(sound, across.lengths)] = 1.0
+    surface = _surface(values, across)
+    counts = chosen & sound & (height >= SMALLEST_SIDE) & (across.lengths >= SMALLEST_SIDE)
+    if relative:
+        counts &= np.minimum.reduceat(surface.min(axis=0), across.starts) > 0.0
+    left_out = ~np.repeat(counts, across.lengths)
+    surface[:, left_out] = 1.0
+    residuals = values / surface - 1.0 if relative else values - surface
+    residuals[:, left_out] = 0.0
+    n = height * across.lengths
+
+    def gathered(by_column: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.add.reduceat(by_column, across.starts)
+
+    return _Band(
+        height=height,
+        dof=np.where(counts, n - SURFACE_TERMS, 0),
+        mean=np.where(sound, gathered(values.sum(axis=0)) / n, np.nan),
+        power=gathered(np.einsum("vh,vh->h", residuals, residuals)),
+        inverse_square=gathered((surface**-2.0).sum(axis=0)) / n if relative else np.ones(n.size),
+        rows=np.add.reduceat(residuals, across.starts, axis=1),
+        columns=residuals.sum(axis=0),
+        widths=np.where(counts, across.lengths, 0),
+    )
+
+
+def _surface(values: NDArray[np.float64], across: _Axis) -> NDArray[np.float64]:
+    """Return the quadratic surface of each tile of a row of tiles, of the same shape."""
+    down = _axis(values.shape[0], values.shape[0])
+    moments = down.basis @ values
+    profiles = np.zeros_like(moments)
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0)):
+        squares = down.squares[i, 0] * across.squares[j]
+        sums = np.add.reduceat(moments[i] * across.basis[j], across.starts)
+        share = np.divide(sums, squares, out=np.zeros_like(sums), where=squares > 0.0)
+        profiles[i] += np.repeat(share, across.lengths) * across.basis[j]
+    return down.basis.T @ profiles
+
+
+def _rows(bands: list[_Band]) -> _MeanSquare:
+    """Return the mean square of whole rows; a surface takes three degrees of freedom off those of its tiles."""
+    widths = np.array([band.widths.sum() for band in bands])
+    dof = np.array([band.height - 3 for band in bands]) * (widths > 0)
+    power = np.array([np.sum(band.rows.sum(axis=1) ** 2) for band in bands])
+    return _pooled(power, widths, dof)
+
+
+def _columns(bands: list[_Band], across: _Axis) -> _MeanSquare:
+    """Return the mean square of whole columns."""
+    heights = np.sum([band.height * (band.widths > 0) for band in bands], axis=0)
+    dof = (across.lengths - 3) * (heights > 0)
+    power = np.add.reduceat(np.sum([band.columns for band in bands], axis=0) ** 2, across.starts)
+    return _pooled(power, heights, dof)
+
+
+def _pixels(bands: list[_Band], across: _Axis) -> _MeanSquare:
+    """Return the mean square of what the rows and columns of each tile do not hold."""
+    power, dof = 0.0, 0
+    for band in bands:
+        inside = band.power - np.sum(band.rows**2, axis=0) / across.lengths
+        inside -= np.add.reduceat(band.columns**2, across.starts) / band.height
+        power += float(inside.sum())
+        dof += int(np.sum((band.dof > 0) * (band.height * across.lengths - band.height - across.lengths)))
+    return _MeanSquare(max(power, 0.0) / dof if dof else np.nan, dof, 1.0)
+
+
+def _pooled(power: NDArray[np.float64], lengths: NDArray[np.int64], dof: NDArray[np.int64]) -> _MeanSquare:
+    """Pool squares of sums over ``lengths`` pixels each."""
+    total = int(dof.sum())
+    if not total:
+        return _MeanSquare(np.nan, 0, np.nan)
+    mean_square = float(np.sum(power / np.maximum(lengths, 1))) / total
+    return _MeanSquare(mean_square, total, float(np.sum(dof * lengths)) / total)

@@ -11,6 +11,7 @@ import tifffile
 
 from fullwell.findings import Severity
 from fullwell.frames.selection import Selection
+from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study
 from fullwell.report.document import results_json
 from fullwell.workflow.characterize import measure
@@ -71,6 +72,20 @@ def test_copies_are_left_out_as_if_they_had_never_been_there(folder: Path) -> No
     clean, _groups = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=2))
     assert results.rows == clean.rows
     assert results.curves == clean.curves
+
+
+def test_kept_sums_leave_copies_out(folder: Path) -> None:
+    copy_some(folder)
+    study = load_study(folder, Selection(cfa="mono"))
+    kept = {Kind.FLAT, Kind.DARK}
+    found = reduce_without_copies(study, workers=2, tile=16, keep=kept)
+    assert list(found.sums) == [series.key for series in study.series]
+    for name in ("flat/exp1000us_3.tif", "flat/exp1000us_6.tif", "flat/exp2000us_2.tif"):
+        (folder / name).unlink()
+    for series in load_study(folder, Selection(cfa="mono")).series:
+        frames = [tifffile.imread(folder / frame.name).astype(np.uint32) for frame in series.frames]
+        assert len(frames) == len(found.statistics[series.key].frames)
+        np.testing.assert_array_equal(found.sums[series.key], np.sum(frames, axis=0))
 
 
 @pytest.mark.parametrize("workers", [2, 7])

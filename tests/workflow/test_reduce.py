@@ -22,7 +22,7 @@ from fullwell.statistics.burst import burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments, stack_of
 from fullwell.statistics.series import SeriesStatistics
-from fullwell.workflow import reduce
+from fullwell.workflow import reduce, scratch
 from fullwell.workflow.executor import run_threads
 from fullwell.workflow.reduce import Reduction, reduce_study
 
@@ -249,3 +249,37 @@ def test_memory_for_files_is_bounded(
     found = reduce_study(study[0], workers=3, tile=TILE)
     assert largest_memory() <= 6 * slot
     assert_same(found.statistics[study[0].series[0].key], direct(study[0].series[0], study[1]))
+
+
+@pytest.mark.parametrize("workers", [1, 2, 7])
+@pytest.mark.parametrize("in_files", [False, True])
+@pytest.mark.usefixtures("memory")
+def test_kept_sums_are_those_of_the_good_frames(
+    study: tuple[Study, Mosaics], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, workers: int, in_files: bool
+) -> None:
+    sizes = 3 * HEIGHT * WIDTH * 4  # two series of flats, one of dark frames
+    monkeypatch.setattr(scratch, "MOST_KEPT_BYTES", sizes - in_files)
+    folder = tmp_path / "scratch"
+    folder.mkdir()
+    damaged = "flat-0.02-02.dng"
+    (study[0].root / damaged).write_bytes(b"")
+    found = reduce_study(study[0], workers=workers, tile=TILE, keep={Kind.FLAT, Kind.DARK}, scratch=folder)
+    assert list(found.sums) == [series.key for series in study[0].series if series.kind is not Kind.BIAS]
+    for series in study[0].series[:3]:
+        frames = [study[1][frame.name] for frame in series.frames if frame.name != damaged]
+        sums = found.sums[series.key]
+        assert sums.dtype == np.uint32
+        assert type(sums) is np.ndarray
+        assert not sums.flags.writeable
+        np.testing.assert_array_equal(sums, np.sum(frames, axis=0))
+    assert len(list(folder.iterdir())) == (3 if in_files else 0)
+
+
+def test_nothing_is_kept_unasked(study: tuple[Study, Mosaics]) -> None:
+    assert reduce_study(study[0], workers=2, tile=TILE).sums == {}
+
+
+def test_much_to_keep_needs_a_folder(study: tuple[Study, Mosaics], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scratch, "MOST_KEPT_BYTES", 1)
+    with pytest.raises(ValueError, match="name a scratch folder"):
+        reduce_study(study[0], workers=1, tile=TILE, keep={Kind.FLAT})

@@ -4,19 +4,21 @@ Whether two files are the same is known only when both have been read. So a stud
 turn out to hold copies, which are rare, are reduced once more without them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
+from pathlib import Path
+from typing import Final, TypeVar
 
 from fullwell.findings import Finding, Severity, listed
-from fullwell.frames.series import Exclusion, Frame, Study
+from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
 from fullwell.raw.open import decode
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.reduce import Reduction, reduce_study
 
 CODE: Final = "duplicate-frame"
 _Reduce = Callable[[Study], Reduction]
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +29,15 @@ class _Copy:
     original: Frame
 
 
-def reduce_without_copies(study: Study, *, workers: int, tile: int, progress: Progress | None = None) -> Reduction:
+def reduce_without_copies(
+    study: Study,
+    *,
+    workers: int,
+    tile: int,
+    progress: Progress | None = None,
+    keep: Collection[Kind] = (),
+    scratch: Path | None = None,
+) -> Reduction:
     """Return the statistics of a study's series, every file's content counted once.
 
     Of files with the same content, the first by name counts. Frames of a single code are no proof of a copy, since a
@@ -35,7 +45,7 @@ def reduce_without_copies(study: Study, *, workers: int, tile: int, progress: Pr
 
     Parameters
     ----------
-    study, workers, tile, progress
+    study, workers, tile, progress, keep, scratch
         As `reduce_study`; ``progress`` starts again where frames are read a second time.
 
     Returns
@@ -44,7 +54,7 @@ def reduce_without_copies(study: Study, *, workers: int, tile: int, progress: Pr
         Its hashes are of all files, copies included.
 
     """
-    reduce = partial(reduce_study, workers=workers, tile=tile, progress=progress)
+    reduce = partial(reduce_study, workers=workers, tile=tile, progress=progress, keep=keep, scratch=scratch)
     reduction = reduce(study)
     flat, copies = _told_apart(_copies(study, reduction))
     if copies:
@@ -88,18 +98,29 @@ def _corrected(study: Study, whole: Reduction, copies: Sequence[_Copy], reduce: 
         replace(series, frames=tuple(frame for frame in series.frames if frame.name not in names))
         for series in affected
     )
-    statistics = {key: one for key, one in whole.statistics.items() if key not in {series.key for series in affected}}
-    if any(series.frames for series in cleaned):
-        statistics.update(reduce(replace(study, series=cleaned)).statistics)
+    again = reduce(replace(study, series=cleaned)) if any(series.frames for series in cleaned) else None
     left_out = tuple(
         Exclusion(name=one.name, code=CODE, reason=f"its content is that of {one.original.name}") for one in copies
     )
     return replace(
         whole,
-        statistics={series.key: statistics[series.key] for series in study.series if series.key in statistics},
+        statistics=_replaced(study, affected, whole.statistics, {} if again is None else again.statistics),
+        sums=_replaced(study, affected, whole.sums, {} if again is None else again.sums),
         excluded=tuple(sorted((*whole.excluded, *left_out), key=lambda one: one.name)),
         findings=(*whole.findings, _copies_finding(copies)),
     )
+
+
+def _replaced(
+    study: Study,
+    affected: Sequence[Series],
+    whole: Mapping[tuple[str, float, float], _Found],
+    again: Mapping[tuple[str, float, float], _Found],
+) -> Mapping[tuple[str, float, float], _Found]:
+    """Return what was found of each series in the study's order, the second finding for those that are affected."""
+    gone = {series.key for series in affected}
+    found = {key: one for key, one in whole.items() if key not in gone} | dict(again)
+    return {series.key: found[series.key] for series in study.series if series.key in found}
 
 
 def _copies_finding(copies: Sequence[_Copy]) -> Finding:

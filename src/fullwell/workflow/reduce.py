@@ -7,21 +7,26 @@ so the results are the same for any number of workers. Only where one of those f
 ones read a second time.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from threading import Event
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
-from fullwell.frames.series import Exclusion, Frame, Series, Study
+from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.workflow.executor import Progress, run_threads
 from fullwell.workflow.schedule import OpenSeries, Schedule
+from fullwell.workflow.scratch import KeptSums
 from fullwell.workflow.slots import Slots
 
 MOST_BUFFER_BYTES: Final = 400_000_000
@@ -45,6 +50,9 @@ class Reduction:
         Frames that turned out to be damaged, sorted by name.
     findings
         The same for the report, one per reason.
+    sums
+        By `Series.key`, in the study's order: sum over the good frames of each pixel, shape (height, width), of series
+        whose kinds were to be kept; read-only [DN].
 
     """
 
@@ -52,6 +60,7 @@ class Reduction:
     hashes: Mapping[str, str]
     excluded: tuple[Exclusion, ...]
     findings: tuple[Finding, ...]
+    sums: Mapping[tuple[str, float, float], NDArray[np.uint32]] = field(default_factory=dict)
 
 
 def reduce_study(
@@ -60,6 +69,8 @@ def reduce_study(
     workers: int,
     tile: int = 64,
     progress: Progress | None = None,
+    keep: Collection[Kind] = (),
+    scratch: Path | None = None,
 ) -> Reduction:
     """Read every frame of a study once and return the statistics of its series.
 
@@ -73,19 +84,27 @@ def reduce_study(
         Edge of a tile [pixel of a plane].
     progress
         Told of every frame.
+    keep
+        Kinds of series whose sums are kept pixel by pixel.
+    scratch
+        Folder for these sums where all together take more than 1 GB; the caller's, who removes it when they are no
+        longer used.
 
     Raises
     ------
     UsageError
         The frames are too small or too large, or the tile is.
+    ValueError
+        The sums take more than 1 GB and there is no folder for them.
 
     """
     layout = _layout(study, tile)
     series = [one for one in study.series if one.frames]
     frames = [frame for one in series for frame in one.frames]
+    pixels = study.height * study.width
+    kept = KeptSums(series, kinds=keep, pixels=pixels, folder=scratch)
     if progress is not None:
         progress.start(len(frames))
-    pixels = study.height * study.width
     slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
     workers = max(1, min(workers, len(frames)))
     # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
@@ -94,7 +113,7 @@ def reduce_study(
     slots = min(MOST_SLOTS, useful, max(1, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart))
     most_open = max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels)))
     schedule = Schedule(series, most_open=most_open, workers=workers)
-    task = _Reducer(schedule=schedule, layout=layout, slots=slots, slot_bytes=slot_bytes, progress=progress)
+    task = _Reducer(schedule=schedule, layout=layout, slots=slots, slot_bytes=slot_bytes, kept=kept, progress=progress)
     run_threads(task.work, workers=workers)
     return task.reduction(series)
 
@@ -116,12 +135,14 @@ class _Reducer:
         layout: Layout,
         slots: int,
         slot_bytes: int,
+        kept: KeptSums,
         progress: Progress | None,
     ) -> None:
         self._schedule = schedule
         self._layout = layout
         self._slots = slots
         self._slot_bytes = slot_bytes
+        self._kept = kept
         self._progress = progress
         self._statistics: dict[tuple[str, float, float], SeriesStatistics] = {}
         self._hashes: dict[str, str] = {}
@@ -190,6 +211,7 @@ class _Reducer:
         if opened.unlit and len(names) > LEGACY_FRAMES and opened.bursts is None:
             opened.bursts = self._burst_again(opened, names[:LEGACY_FRAMES], slots)
         if names:
+            self._kept.keep(opened.series.key, opened.moments.maps.codes)
             self._statistics[opened.series.key] = finalize(opened.moments, bursts=opened.bursts)
         self._schedule.close(opened)
 
@@ -203,7 +225,7 @@ class _Reducer:
                 moments.add(slots.names, slots.stack())
         return burst_sums(moments)
 
-    def reduction(self, series: Iterable[Series]) -> Reduction:
+    def reduction(self, series: Sequence[Series]) -> Reduction:
         """Return what was found, in an order that does not depend on the threads."""
         excluded = tuple(sorted(self._excluded, key=lambda one: one.name))
         return Reduction(
@@ -211,4 +233,5 @@ class _Reducer:
             hashes=dict(sorted(self._hashes.items())),
             excluded=excluded,
             findings=exclusion_findings(excluded),
+            sums=self._kept.sums(series),
         )

@@ -9,6 +9,7 @@ stand, for the visible mosaic; what shifts with an odd ActiveArea is the phase o
 ``shifted(cfa, rows=-top, columns=-left)``.
 """
 
+import math
 from pathlib import Path
 from typing import Final
 
@@ -72,6 +73,7 @@ def read_dng_header(path: Path, directories: Directories) -> RawHeader:
         compression=compression,
         masked_areas=masked,
         noise_profile=tuple(zip(profile[0::2], profile[1::2], strict=False)),
+        as_shot_neutral=_neutral(directories, image),
         level_tags=levels.tags,
         layout=layout,
         findings=unsuitable + levels.findings + masked_findings,
@@ -141,6 +143,12 @@ def _unsuitable(image: Directory, *, cfa: str | None, compression: str) -> tuple
         Finding(code=code, severity=Severity.ERROR, message=f"It cannot be measured: {message}.")
         for code, message in reasons
     )
+
+
+def _neutral(directories: Directories, image: Directory) -> tuple[float, ...]:
+    """Return AsShotNeutral where it is three positive numbers."""
+    values = directories.lookup(Tag.AS_SHOT_NEUTRAL, image).numbers(Tag.AS_SHOT_NEUTRAL)
+    return values if len(values) == 3 and all(math.isfinite(value) and value > 0.0 for value in values) else ()
 
 
 def _active_area(image: Directory, *, width: int, height: int) -> Area:

@@ -63,6 +63,8 @@ class RawHeader:
         Optical-black rectangles in raw coordinates.
     noise_profile
         (S, O) per plane as the DNG tag NoiseProfile has them; empty where absent.
+    as_shot_neutral
+        White in the camera's own R, G and B, as the DNG tag AsShotNeutral has it; empty where absent.
     level_tags
         Every level the file declares, by its maker's own name.
     layout
@@ -90,6 +92,7 @@ class RawHeader:
     compression: str = "none"
     masked_areas: tuple[Area, ...] = ()
     noise_profile: tuple[tuple[float, float], ...] = ()
+    as_shot_neutral: tuple[float, ...] = ()
     level_tags: tuple[tuple[str, tuple[float, ...]], ...] = ()
     layout: object = None
     findings: tuple[Finding, ...] = ()

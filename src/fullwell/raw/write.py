@@ -2,7 +2,7 @@
 
 import struct
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fullwell.raw.cfa import BAYER, MONO, cell
 from fullwell.raw.fields import Field, FieldType, directory_length, encode_directory, text
 from fullwell.raw.image import Area
+from fullwell.raw.opcodes import GainMap, OpcodeList, opcode_bytes
 from fullwell.raw.tags import Compression, Photometric, Tag
 
 _DEFAULT_TILE: Final = 512
@@ -42,6 +43,10 @@ class DngExtras:
         TIFF tag Orientation.
     temperature_c
         EXIF tag Temperature [deg C].
+    gain_maps
+        Opcodes of OpcodeList2, which readers apply after black is subtracted.
+    as_shot_neutral
+        What white is in the camera's own R, G and B; 1, 1, 1 by default.
 
     """
 
@@ -53,6 +58,8 @@ class DngExtras:
     black_level_delta_v: tuple[float, ...] = ()
     orientation: int = 1
     temperature_c: float | None = None
+    gain_maps: tuple[GainMap, ...] = ()
+    as_shot_neutral: tuple[float, ...] = ()
 
 
 def write_dng(
@@ -112,11 +119,11 @@ def write_dng(
         *stored_as,
         *_image_fields(mosaic, cfa=cfa),
         *_level_fields(cfa=cfa, black_level=black_level, white_level=white_level),
-        *_camera_fields(cfa=cfa, make=make, model=model, orientation=extras.orientation),
+        *_camera_fields(cfa=cfa, make=make, model=model, extras=extras),
         *_extra_fields(extras),
     ]
     exif = _exif_fields(iso=iso, exposure_s=exposure_s, temperature_c=extras.temperature_c)
-    _write(path, _file_head(fields, exif, segments, tiled=_is_tiled(stored_as)), segments)
+    write_whole(path, (_file_head(fields, exif, segments, tiled=_is_tiled(stored_as)), *segments))
 
 
 def _require_consistent(
@@ -222,7 +229,7 @@ def _level_fields(*, cfa: str, black_level: Sequence[float], white_level: int) -
     ]
 
 
-def _camera_fields(*, cfa: str, make: str, model: str, orientation: int) -> list[Field]:
+def _camera_fields(*, cfa: str, make: str, model: str, extras: DngExtras) -> list[Field]:
     fields = [
         Field(tag=Tag.DNG_VERSION, type=FieldType.BYTE, values=(1, 4, 0, 0)),
         Field(tag=Tag.DNG_BACKWARD_VERSION, type=FieldType.BYTE, values=(1, 1, 0, 0)),
@@ -230,12 +237,12 @@ def _camera_fields(*, cfa: str, make: str, model: str, orientation: int) -> list
         text(Tag.MODEL, model),
         text(Tag.UNIQUE_CAMERA_MODEL, model),
         text(Tag.SOFTWARE, "Fullwell"),
-        _short(Tag.ORIENTATION, orientation),
+        _short(Tag.ORIENTATION, extras.orientation),
     ]
     if cfa != MONO:
         fields += [
             Field(tag=Tag.COLOR_MATRIX_1, type=FieldType.SRATIONAL, values=_XYZ_TO_CAMERA),
-            Field(tag=Tag.AS_SHOT_NEUTRAL, type=FieldType.RATIONAL, values=(1, 1, 1)),
+            Field(tag=Tag.AS_SHOT_NEUTRAL, type=FieldType.RATIONAL, values=extras.as_shot_neutral or (1, 1, 1)),
             _short(Tag.CALIBRATION_ILLUMINANT_1, _D65),
         ]
     return fields
@@ -258,6 +265,9 @@ def _extra_fields(extras: DngExtras) -> list[Field]:
     ):
         if delta:
             fields.append(Field(tag=tag, type=FieldType.SRATIONAL, values=delta))
+    if extras.gain_maps:
+        encoded = opcode_bytes(extras.gain_maps)
+        fields.append(Field(tag=OpcodeList.OPCODE_LIST_2, type=FieldType.UNDEFINED, values=encoded))
     return fields
 
 
@@ -294,13 +304,12 @@ def _file_head(fields: list[Field], exif: list[Field], segments: Sequence[bytes 
     return head.ljust(pixels_start, b"\0")
 
 
-def _write(path: Path, head: bytes, segments: Sequence[bytes | memoryview]) -> None:
+def write_whole(path: Path, parts: Iterable[bytes | memoryview]) -> None:
+    """Write a file beside its target first and rename it then, so that no half file is ever seen."""
     part = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
         with part.open("xb") as file:
-            file.write(head)
-            for segment in segments:
-                file.write(segment)
+            file.writelines(parts)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)

@@ -73,8 +73,8 @@ class DarkFrames:
 
     Parameters
     ----------
-    exposure_s
-        Exposure of the burst [s].
+    exposures_s
+        Exposure of each frame, shape (L,) [s].
     frame_means_dn
         In the order of the frames' names, one column per CFA site, row-major, shape (L, sites) [DN].
     pixels
@@ -82,7 +82,7 @@ class DarkFrames:
 
     """
 
-    exposure_s: float
+    exposures_s: NDArray[np.float64]
     frame_means_dn: NDArray[np.float64]
     pixels: NDArray[np.int64]
 
@@ -187,9 +187,9 @@ def study_dark_lines(
         Where there are fewer than two different exposures.
 
     """
-    taken = [burst.frame_means_dn if every_frame else burst.frame_means_dn[:1] for burst in bursts]
-    exposures_s = np.concatenate([np.full(len(part), one.exposure_s) for part, one in zip(taken, bursts, strict=True)])
-    means = np.concatenate(taken)
+    taken = slice(None) if every_frame else slice(1)
+    exposures_s = np.concatenate([burst.exposures_s[taken] for burst in bursts])
+    means = np.concatenate([burst.frame_means_dn[taken] for burst in bursts])
     weights = line_weights(exposures_s)
     lines: list[StudyDarkLine] = []
     for channel, levels in _mean_by_channel(means, bursts[0].pixels, cfa):

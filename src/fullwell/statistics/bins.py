@@ -1,9 +1,14 @@
 """A plane in bins, as lens shading is fitted to it, without defective pixels and bins near saturation (METHOD 6.1)."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fullwell.kernels.pixel_bins import LARGEST_SIDE, SIGMAS, BinSums, Limits, bin_rows
+from fullwell.statistics.tiles import edges
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,11 +24,11 @@ class Bins:
     mean
         Mean over these pixels and the frames, of the same shape [DN]; NaN where n is 0.
     rows, columns
-        Centres of the bins along each axis [pixel of the plane, from 0 at the centre of the first].
+        Centres of the bins along each axis [pixel of the plane, the first pixel's centre at 0].
     plane_shape
         Rows and columns of the plane [pixel].
     defective
-        Pixels left out because they are far from the others of their bin.
+        Pixels left out because they are far from the others of their bin, where that is not left out whole.
     saturated
         Bins left out because a pixel is too near to saturation.
 
@@ -81,5 +86,37 @@ def bin_plane(
     workers
         Threads; the result does not depend on their number.
 
+    Examples
+    --------
+    >>> sums = np.full((8, 12), 2500, np.uint32)
+    >>> sums[1, 2] = 4000
+    >>> found = bin_plane(sums, 5, size=4, temporal_noise_dn=2.0, limit_dn=1000.0)
+    >>> found.n.tolist(), float(found.mean[0, 0]), found.defective
+    ([[15, 16, 16], [16, 16, 16]], 500.0, 1)
+
     """
-    raise NotImplementedError
+    if not 1 <= size <= LARGEST_SIDE:
+        raise ValueError(f"a bin has an edge of 1 to {LARGEST_SIDE} pixels, not {size}")
+    heights, widths = (edges(length, size) for length in sums_plane.shape)
+    grid = heights.size, widths.size
+    n, defective = np.zeros((2, *grid), np.int64)
+    found = BinSums(n, np.zeros(grid, np.uint64), defective, np.zeros(grid, np.bool_))
+    plane = sums_plane.view()
+    plane.flags.writeable = False
+    reach, most = SIGMAS * temporal_noise_dn * frames, np.inf if limit_dn is None else limit_dn * frames
+    limits = Limits(float(reach), float(most))
+    parts = pairwise(heights.size * k // workers for k in range(workers + 1))
+    with ThreadPoolExecutor(workers) as pool:
+        for part in [pool.submit(bin_rows, plane, size, rows, limits, found) for rows in parts]:
+            part.result()
+    rows, columns = sums_plane.shape
+    return Bins(
+        size=size,
+        n=found.n,
+        mean=np.divide(found.totals, found.n * frames, out=np.full(grid, np.nan), where=found.n > 0),
+        rows=np.cumsum(heights) - (heights + 1) / 2,
+        columns=np.cumsum(widths) - (widths + 1) / 2,
+        plane_shape=(rows, columns),
+        defective=int(found.defective.sum()),
+        saturated=int(found.saturated.sum()),
+    )

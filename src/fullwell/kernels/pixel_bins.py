@@ -95,7 +95,8 @@ def _sound(x: NDArray[np.uint32], away: NDArray[np.uint32], least_reach: float) 
         kept = 0
         for i in range(n):
             x[kept] = x[i]
-            kept += np.float64(away[i]) <= reach
+            if np.float64(away[i]) <= reach:
+                kept += 1
         if kept == n:
             return n
         n = kept

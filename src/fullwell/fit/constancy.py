@@ -1,11 +1,15 @@
 """Is a figure the same everywhere: at every ISO, in every region (METHOD 5.6)."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import chdtrc
 
-from fullwell.units import DN2, Measured
+from fullwell.fit.pooling import weighted_mean
+from fullwell.units import DN2, Measured, combined_dof
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +55,25 @@ def constancy(measurements: Sequence[Measured], *, errors: Sequence[float] | Non
         Where there is no measurement, or ``errors`` are of another number.
 
     """
-    raise NotImplementedError
+    if not measurements or (errors is not None and len(errors) != len(measurements)):
+        raise ValueError("constancy needs measurements, and as many errors as measurements where errors are given")
+    own = [measured.std_error or 0.0 for measured in measurements]
+    alone = own if errors is None else list(errors)
+    known = [at for at, error in enumerate(alone) if error > 0.0]
+    if not known:
+        mean = sum(measured.value for measured in measurements) / len(measurements)
+        return Constancy(chi_square=0.0, dof=0, p_value=1.0, mean=Measured.exact(mean, measurements[0].unit))
+    weighted = weighted_mean([replace(measurements[at], std_error=alone[at]) for at in known])
+    share = np.array([alone[at] ** -2.0 for at in known])
+    values = np.array([measurements[at].value for at in known])
+    chi_square = float(share @ (values - weighted.measured.value) ** 2)
+    common = float(share @ [max(own[at] ** 2 - alone[at] ** 2, 0.0) for at in known] / share.sum())
+    return Constancy(
+        chi_square=chi_square,
+        dof=len(known) - 1,
+        p_value=weighted.p_value,
+        mean=_with_common_error(weighted.measured, math.sqrt(common)),
+    )
 
 
 def equal_variances(variances: ArrayLike, dof: ArrayLike, *, inflation: ArrayLike = 1.0, unit: str = DN2) -> Constancy:
@@ -70,4 +92,29 @@ def equal_variances(variances: ArrayLike, dof: ArrayLike, *, inflation: ArrayLik
         Of the variances.
 
     """
-    raise NotImplementedError
+    variance, nu, factor = (
+        np.ravel(each)
+        for each in np.broadcast_arrays(*(np.asarray(one, np.float64) for one in (variances, dof, inflation)))
+    )
+    known = np.isfinite(variance) & (nu > 0.0)
+    if not known.any():
+        raise ValueError("a test of equal variances needs an estimate with degrees of freedom")
+    variance, nu = variance[known], nu[known] / factor[known]
+    total = float(nu.sum())
+    mean = float(nu @ variance) / total
+    pooled = Measured.normal(mean, mean * math.sqrt(2.0 / total), unit)
+    groups = variance.size
+    if groups < 2 or mean <= 0.0:
+        return Constancy(chi_square=0.0, dof=groups - 1, p_value=1.0, mean=pooled)
+    with np.errstate(divide="ignore"):
+        ratio = float(nu @ np.log(mean / np.maximum(variance, 0.0)))
+    correction = 1.0 + (float(np.sum(1.0 / nu)) - 1.0 / total) / (3.0 * (groups - 1))
+    chi_square = max(ratio, 0.0) / correction
+    return Constancy(chi_square=chi_square, dof=groups - 1, p_value=float(chdtrc(groups - 1, chi_square)), mean=pooled)
+
+
+def _with_common_error(mean: Measured, common: float) -> Measured:
+    """Widen the error of a mean by one that all its members share."""
+    error = mean.std_error or 0.0
+    dof = combined_dof((error, mean.dof), (common, None))
+    return Measured.student(mean.value, math.hypot(error, common), dof, mean.unit)

@@ -1,39 +1,23 @@
 """Fixed pattern as variances with errors: PRNU of a map relative to its surface, DSNU of a dark one (METHOD 5.1, 5.2).
 
 Which function: `nonuniformity` for a map cut in tiles (`fullwell.statistics.pattern`), `dark_nonuniformity` for a dark
-burst whose mean squares are known already. `noise_floor` gives the temporal noise that a combination of burst means
-keeps.
+burst whose mean squares are known already. `fullwell.fit.noise_floor` gives the temporal noise that a map keeps.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fullwell.fit.noise_floor import NoiseFloor
+from fullwell.fit.tile_pooling import PooledTiles, Tiles, dark_tiles, pattern_tiles, pool_tiles
+from fullwell.fit.variance_components import degrees_of_freedom, modified_large_sample_interval
 from fullwell.statistics.pattern import Pattern
 from fullwell.statistics.series import MeanSquares, TileStatistics
-from fullwell.units import Measured
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseFloor:
-    """Temporal noise that a map keeps, in the unit of the map squared (absolute even where the pattern is relative).
-
-    Parameters
-    ----------
-    variance
-        Temporal variance of the map's pixels by tile, row and column noise included, shape (tile rows, tile columns).
-    dof
-        Degrees of freedom of ``variance``, of the same shape or one for all; infinity where it is known.
-    row, column
-        Temporal row and column variance that stays in the map; both are part of ``variance``.
-
-    """
-
-    variance: NDArray[np.float64]
-    dof: NDArray[np.float64]
-    row: float = 0.0
-    column: float = 0.0
+from fullwell.units import DN2, Measured, combined_dof, student_975
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,37 +49,6 @@ class Nonuniformity:
     misfit: bool
 
 
-def noise_floor(
-    coefficients: ArrayLike,
-    temporal_variances: ArrayLike,
-    temporal_dof: ArrayLike,
-    *,
-    frames: ArrayLike,
-    row_variances: ArrayLike | None = None,
-    column_variances: ArrayLike | None = None,
-) -> NoiseFloor:
-    """Return the noise of the map sum_k c_k mean_k of K burst means: sum_k c_k^2 s_k^2 / L_k.
-
-    Parameters
-    ----------
-    coefficients
-        c_k, shape (K,): 1 and -1 for a flat less a dark, `line_coefficients` for a slope [map unit / DN].
-    temporal_variances, temporal_dof
-        s_k^2 of a pixel in one frame, by tile, and its degrees of freedom, shape (K, tile rows, tile columns) [DN^2].
-    frames
-        L_k, shape (K,).
-    row_variances, column_variances
-        Temporal row and column variance of one frame of each burst, shape (K,); None: 0 [DN^2].
-
-    Returns
-    -------
-    NoiseFloor
-        Degrees of freedom by Welch and Satterthwaite.
-
-    """
-    raise NotImplementedError
-
-
 def nonuniformity(pattern: Pattern, floor: NoiseFloor, *, unit: str) -> Nonuniformity:
     """Return the fixed-pattern variances of a map (METHOD 5.1, 5.2, 5.5).
 
@@ -119,7 +72,26 @@ def nonuniformity(pattern: Pattern, floor: NoiseFloor, *, unit: str) -> Nonunifo
         Where no tile counts.
 
     """
-    raise NotImplementedError
+    tiles = pattern_tiles(pattern, floor)
+    pooled = pool_tiles(tiles)
+    rows, columns = _lines(pattern, floor, tiles)
+    within = _Part.of(pattern.pixel_mean_square, pattern.pixel_dof)
+    pixel = _pixel_part(tiles, pooled, rows.part.dof + columns.part.dof)
+    common = [
+        _Part(value=-pooled.floor, error=pooled.floor_error, dof=math.inf),
+        _unevenness(pooled.weights * tiles.row_share, tiles.band, tiles.height - 3.0, tiles.row),
+        _unevenness(pooled.weights * tiles.column_share, tiles.stripe, tiles.width - 3.0, tiles.column),
+    ]
+    alone = pixel._replace(value=pixel.value - within.value * (1.0 / rows.length + 1.0 / columns.length))
+    return Nonuniformity(
+        total=_sum_of([rows.part, columns.part, alone, *common], unit, less=rows.noise + columns.noise),
+        row=_sum_of([rows.part, within.times(-1.0 / rows.length)], unit, less=rows.noise),
+        column=_sum_of([columns.part, within.times(-1.0 / columns.length)], unit, less=columns.noise),
+        pixel=_sum_of([pixel, *common], unit),
+        repeat_error=_repeat_error(tiles, pooled, (rows, columns)),
+        between_tiles_p=pooled.p_value,
+        misfit=pooled.misfit,
+    )
 
 
 def dark_nonuniformity(
@@ -138,4 +110,152 @@ def dark_nonuniformity(
         errors that hold for a normal pattern only.
 
     """
-    raise NotImplementedError
+    frames, rows, columns = shape
+    if frames < 2:
+        raise ValueError("the temporal noise of a dark burst needs two frames or more")
+    every = degrees_of_freedom(shape)
+    parts = {effect: _Part.of(getattr(mean_squares, effect), every[effect]) for effect in ("v", "h", "tv", "th", "tvh")}
+    pooled = None if tiles is None else pool_tiles(dark_tiles(tiles, mean_squares, shape))
+    parts["vh"] = _Part.of(mean_squares.vh, every["vh"]).scattered(pooled)
+    by_row, by_column = 1.0 / (frames * columns), 1.0 / (frames * rows)
+    factors = {
+        "row": {"v": by_row, "tv": -by_row, "vh": -by_row, "tvh": by_row},
+        "column": {"h": by_column, "th": -by_column, "vh": -by_column, "tvh": by_column},
+        "pixel": {"vh": 1.0 / frames, "tvh": -1.0 / frames},
+    }
+    total: dict[str, float] = {}
+    for factor in factors.values():
+        for effect, share in factor.items():
+            total[effect] = total.get(effect, 0.0) + share
+    found = {
+        name: _sum_of([parts[effect].times(share) for effect, share in factor.items()], DN2)
+        for name, factor in {"total": total, **factors}.items()
+    }
+    noise = {"v": parts["tv"], "h": parts["th"], "vh": parts["tvh"]}
+    scatter = sum(
+        total[effect] ** 2 * _scatter_of_noise(getattr(mean_squares, effect), floor.value, every[effect])
+        + (total[f"t{effect}"] * floor.error) ** 2
+        for effect, floor in noise.items()
+    )
+    return Nonuniformity(
+        **found,
+        repeat_error=math.sqrt(scatter),
+        between_tiles_p=1.0 if pooled is None else pooled.p_value,
+        misfit=pooled is not None and pooled.misfit,
+    )
+
+
+class _Part(NamedTuple):
+    """One term of a sum: its value, its error, the error's degrees of freedom, Student's factor over the normal's."""
+
+    value: float
+    error: float
+    dof: float
+    reach: float = 1.0
+
+    @classmethod
+    def of(cls, mean_square: float, dof: float) -> Self:
+        """Return a mean square of chi-square."""
+        return cls(mean_square, mean_square * math.sqrt(2.0 / dof), dof)
+
+    def times(self, factor: float) -> Self:
+        return self._replace(value=self.value * factor, error=self.error * abs(factor))
+
+    def scattered(self, pooled: PooledTiles | None) -> Self:
+        """Take the scatter between tiles for the error where it is the larger; its own few degrees where it is sure."""
+        if pooled is None:
+            return self
+        wider = self._replace(error=self.error * math.sqrt(max(pooled.scatter, 1.0)))
+        if not pooled.misfit:
+            return wider
+        dof = float(pooled.scatter_dof)
+        return wider._replace(dof=dof, reach=student_975(dof) / student_975(None))
+
+
+class _Lines(NamedTuple):
+    """Rows or columns: mean square over a line's pixels, noise in it, noise in the line variance, pixels of a line."""
+
+    part: _Part
+    floor: float
+    noise: float
+    length: float
+
+
+def _sum_of(parts: Sequence[_Part], unit: str, *, less: float = 0.0) -> Measured:
+    """Return a sum of independent parts less what is known, with the modified large-sample interval.
+
+    Parts without a value of their own are errors to either side. Where a part's error comes from few degrees of freedom
+    that are not those of a chi-square, Student's factor widens it.
+    """
+    value = sum(part.value for part in parts)
+    reach = np.array([part.error * part.reach for part in parts])
+    size = np.array([part.value for part in parts])
+    law = (size != 0.0) & (reach > 0.0)
+    below, above = 0.0, 0.0
+    if law.any():
+        low, high = modified_large_sample_interval(size[law], 2.0 * (size[law] / reach[law]) ** 2)
+        below, above = float(size[law].sum()) - low, high - float(size[law].sum())
+    either = student_975(None) * float(np.sqrt(np.sum(reach[~law] ** 2)))
+    return Measured(
+        value=value - less,
+        unit=unit,
+        std_error=math.hypot(*(part.error for part in parts)),
+        dof=combined_dof(*((part.error, part.dof) for part in parts)),
+        ci95=(value - less - math.hypot(below, either), value - less + math.hypot(above, either)),
+    )
+
+
+def _lines(pattern: Pattern, floor: NoiseFloor, tiles: Tiles) -> tuple[_Lines, _Lines]:
+    share = tiles.dof / tiles.dof.sum()
+    scale = float(share @ pattern.inverse_square[tiles.band, tiles.stripe])
+    white = float(share @ tiles.floor)
+
+    def lines(mean_square: float, dof: int, length: float, noise: float) -> _Lines:
+        part = _Part.of(mean_square, dof).times(1.0 / length)
+        return _Lines(part, white / length + noise * scale, noise * scale, length)
+
+    return (
+        lines(pattern.row_mean_square, pattern.row_dof, pattern.columns, floor.row),
+        lines(pattern.column_mean_square, pattern.column_dof, pattern.rows, floor.column),
+    )
+
+
+def _pixel_part(tiles: Tiles, pooled: PooledTiles, line_dof: float) -> _Part:
+    """Return pattern and noise of pixels on their own; rows and columns have taken their degrees of freedom."""
+    left = 1.0 - line_dof / float(tiles.dof.sum())
+    error = pooled.error / math.sqrt(left)
+    return _Part(pooled.pattern + pooled.floor, error, math.inf).scattered(pooled)
+
+
+def _unevenness(
+    parts: NDArray[np.float64], group: NDArray[np.int64], dof: NDArray[np.float64], variance: float
+) -> _Part:
+    """Return the error that comes of lines which count more in the tiles' mean than they do in the line variance."""
+    groups, first, member = np.unique(group, return_index=True, return_inverse=True)
+    nu = dof[first]
+    weights = np.bincount(member, parts, minlength=groups.size)
+    excess = weights - float(weights.sum()) * nu / nu.sum()
+    return _Part(0.0, max(variance, 0.0) * math.sqrt(2.0 * float(np.sum(excess**2 / nu))), math.inf)
+
+
+def _repeat_error(tiles: Tiles, pooled: PooledTiles, lines: Sequence[_Lines]) -> float:
+    """Return what the noise alone scatters the total by: in each mean square 4 P F + 2 F^2, and that of the floor.
+
+    Weights follow the noise, so two repeats at different noise also weigh the same pattern differently.
+    """
+    pattern = max(pooled.pattern, 0.0)
+    crossed = _scatter_of_noise(pattern + tiles.smooth_floor, tiles.smooth_floor, tiles.dof)
+    weighing = float(np.sum(pooled.weights**2 / tiles.dof)) - 1.0 / float(tiles.dof.sum())
+    squares = [
+        float(pooled.weights**2 @ crossed),
+        pooled.floor_error**2,
+        2.0 * pattern**2 * max(weighing, 0.0) * max(pooled.scatter, 1.0),
+        *(float(_scatter_of_noise(one.part.value, one.floor, one.part.dof)) for one in lines),
+    ]
+    return math.sqrt(sum(squares))
+
+
+def _scatter_of_noise(mean_square: ArrayLike, noise: ArrayLike, dof: ArrayLike) -> NDArray[np.float64]:
+    """Return the variance, given the pattern, of a mean square of which ``noise`` is noise."""
+    whole, noise = np.asarray(mean_square, np.float64), np.asarray(noise, np.float64)
+    return (4.0 * np.maximum(whole - noise, 0.0) * noise + 2.0 * noise**2) / np.asarray(dof, np.float64)

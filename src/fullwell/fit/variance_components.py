@@ -191,15 +191,28 @@ def combined(
     known = combined_dof(*zip(errors.tolist(), dof.tolist(), strict=True))
     if not modified_interval:
         return Measured.student(value, std_error, known, DN2)
-    return Measured(value=value, unit=DN2, std_error=std_error, dof=known, ci95=_modified_interval(part, dof))
+    return Measured(
+        value=value, unit=DN2, std_error=std_error, dof=known, ci95=modified_large_sample_interval(part, dof)
+    )
 
 
 def _over(divisor: float, **factors: float) -> dict[str, float]:
     return {effect: factor / divisor for effect, factor in factors.items()}
 
 
-def _modified_interval(part: NDArray[np.float64], dof: NDArray[np.float64]) -> tuple[float, float]:
-    """Return est -+ sqrt(sum of squares), each mean square's one-sided reach swapped where it is subtracted."""
+def modified_large_sample_interval(part: NDArray[np.float64], dof: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the 95 % interval of a sum of independent mean squares, each times a factor (Graybill-Wang, METHOD 3.5).
+
+    It is est -+ sqrt(sum of squares), each mean square's one-sided reach swapped where it is subtracted.
+
+    Parameters
+    ----------
+    part
+        Mean squares times their factors, shape (parts,).
+    dof
+        Degrees of freedom of each.
+
+    """
     down = 1.0 - dof / chdtri(dof, 0.025)
     up = dof / chdtri(dof, 0.975) - 1.0
     added = part >= 0.0

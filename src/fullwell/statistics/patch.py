@@ -6,6 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.statistics.tiles import polynomials
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PatchStatistics:
@@ -16,7 +18,7 @@ class PatchStatistics:
     n
         Pixels.
     dof
-        n less the terms of the surface.
+        n less the terms of the surface that the patch can tell apart.
     mean
         Of the patch [unit of the values].
     variance
@@ -38,9 +40,36 @@ def patch_statistics(
     Parameters
     ----------
     values
-        One plane's pixels, shape (rows, columns) [DN].
+        One plane's pixels, shape (rows, columns), none of them missing [DN].
     terms
         1: nothing but the mean is removed; 3: a plane; 6: a quadratic surface.
 
+    Examples
+    --------
+    >>> ramp = np.add.outer(np.arange(3), 2 * np.arange(4)).astype(np.float64)
+    >>> round(patch_statistics(ramp, terms=1).variance, 6), abs(round(patch_statistics(ramp, terms=3).variance, 6))
+    (6.181818, 0.0)
+
     """
-    raise NotImplementedError
+    rows, columns = values.shape
+    n = rows * columns
+    if not n:
+        raise ValueError("a patch has at least one pixel")
+    mean = float(values.mean(dtype=np.float64))
+    residuals = values - mean
+    degree = {1: 0, 3: 1, 6: 2}[terms]
+    down, across = _basis(rows, degree), _basis(columns, degree)
+    sums = down @ residuals @ across.T
+    squares = np.outer(np.sum(down**2, axis=1), np.sum(across**2, axis=1))
+    own = np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) <= degree
+    own &= squares > 0.0
+    shares = np.divide(sums, squares, out=np.zeros_like(sums), where=own)
+    residuals -= down.T @ shares @ across
+    dof = n - int(own.sum())
+    variance = float(np.sum(residuals**2)) / dof if dof > 0 else float("nan")
+    return PatchStatistics(n=n, dof=dof, mean=mean, variance=variance)
+
+
+def _basis(length: int, degree: int) -> NDArray[np.float64]:
+    """Return the orthogonal polynomials up to ``degree`` along an axis, shape (degree + 1, length)."""
+    return np.stack((np.ones(length), *polynomials(np.array([length]))))[: degree + 1]

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from fullwell.errors import UsageError
+from fullwell.fit.shading.data import ShadingData
 from fullwell.raw.cfa import channels
 from fullwell.workflow.maps import (
-    ChannelShading,
+    ChannelMap,
     NamedArray,
     ShadingMapFile,
     load_shading_map,
@@ -28,17 +29,24 @@ def shading(*, cfa: str = "GBRG", width: int = 700, height: int = 500, iso: floa
     planes = []
     for index, channel in enumerate(channels(cfa)):
         grid = map_grid((height // 2, width // 2))
-        row, column = (axis.ravel() for axis in np.meshgrid(np.arange(3.5, 250, 8), np.arange(3.5, 350, 8)))
+        bins = (31, 43)
+        signal = rng.normal(500.0, 1.0, bins)
+        signal[3, 4] = np.nan
+        data = ShadingData(
+            rows=np.arange(bins[0]) * 8 + 3.5,
+            columns=np.arange(bins[1]) * 8 + 3.5,
+            signal_dn=signal,
+            temporal_variance_dn2=np.full(bins, 0.1),
+            fixed_variance=np.full(bins, 1e-6),
+            plane_shape=(height // 2, width // 2),
+            pitch_um=2.8,
+        )
         planes.append(
-            ChannelShading(
+            ChannelMap(
                 channel=channel,
                 model="p-spline",
                 parameters={"coefficients": rng.normal(size=(5, 6)), "name": np.asarray("p-spline")},
-                row=row,
-                column=column,
-                signal_dn=rng.normal(500.0, 1.0, row.size),
-                temporal_variance_dn2=np.full(row.size, 0.1),
-                fixed_variance=np.full(row.size, 1e-6),
+                data=data,
                 grid_row=grid[0],
                 grid_column=grid[1],
                 normalized=falloff(*grid, centre=(130.25, 170.5), reach=400.0 + index),
@@ -62,8 +70,11 @@ def test_a_shading_map_comes_back_as_it_was(tmp_path: Path, iso: float | None) -
         assert (ours.channel, ours.model, ours.centre) == (theirs.channel, theirs.model, theirs.centre)
         assert (ours.maximum_dn, ours.black_level_dn) == (theirs.maximum_dn, theirs.black_level_dn)
         np.testing.assert_array_equal(ours.normalized, theirs.normalized)
-        np.testing.assert_array_equal(ours.row, theirs.row)
-        np.testing.assert_allclose(ours.signal_dn, theirs.signal_dn, rtol=np.finfo(np.float32).eps)
+        for name in ("plane_shape", "pitch_um", "focal_length_mm"):
+            assert getattr(ours.data, name) == getattr(theirs.data, name)
+        for name in ("rows", "columns", "signal_dn", "temporal_variance_dn2", "fixed_variance"):
+            stored = getattr(theirs.data, name).astype(np.float32)
+            np.testing.assert_array_equal(getattr(ours.data, name), stored, err_msg=name)
         np.testing.assert_array_equal(ours.parameters["coefficients"], theirs.parameters["coefficients"])
         assert str(ours.parameters["name"]) == "p-spline"
 

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import UsageError
-from fullwell.raw.cfa import cell, channels
+from fullwell.fit.shading.data import ShadingData
+from fullwell.raw.cfa import channels
 from fullwell.render.interpolation import interpolated
 
 SCHEMA: Final = "fullwell-map/1"
@@ -24,12 +25,12 @@ GRID_COLUMNS: Final = 84
 """The most points that a shading map is evaluated at."""
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
-_REGULAR: Final = ("row", "column", "fixed_variance")
+_REGULAR: Final = ("fixed_variance",)
 """Arrays of bins with few distinct values: packing pays."""
 _BINNED: Final = (
-    ("row", "pixel", "position of the bin's centre in the plane, counted from 0"),
-    ("column", "pixel", "position of the bin's centre in the plane, counted from 0"),
-    ("signal_dn", "DN", "mean of the bin, black subtracted"),
+    ("rows", "pixel", "centres of the bins in the plane, counted from 0"),
+    ("columns", "pixel", "centres of the bins in the plane, counted from 0"),
+    ("signal_dn", "DN", "mean of the bin, black subtracted; NaN where it is left out"),
     ("temporal_variance_dn2", "DN2", "temporal variance of the bin's mean"),
     ("fixed_variance", "1", "relative variance of the bin's mean from PRNU"),
 )
@@ -63,7 +64,7 @@ class NamedArray:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ChannelShading:
+class ChannelMap:
     """The shading of one CFA plane in one burst.
 
     Parameters
@@ -74,14 +75,8 @@ class ChannelShading:
         Name of the chosen model.
     parameters
         The model as plain arrays (``ShadingModel.to_arrays``).
-    row, column
-        Centres of the bins in pixels of the plane, counted from 0, shape (bins,).
-    signal_dn
-        Mean of each bin, black subtracted [DN].
-    temporal_variance_dn2
-        Temporal variance of each bin's mean [DN2].
-    fixed_variance
-        Relative variance of each bin's mean from PRNU [1].
+    data
+        The bins the model was fitted to.
     grid_row, grid_column
         Where the map is evaluated, ascending, shapes (V,) and (H,), in pixels of the plane; see `map_grid`.
     normalized
@@ -98,11 +93,7 @@ class ChannelShading:
     channel: str
     model: str
     parameters: Mapping[str, NDArray[Any]]
-    row: NDArray[np.floating]
-    column: NDArray[np.floating]
-    signal_dn: NDArray[np.floating]
-    temporal_variance_dn2: NDArray[np.floating]
-    fixed_variance: NDArray[np.floating]
+    data: ShadingData
     grid_row: NDArray[np.float64]
     grid_column: NDArray[np.float64]
     normalized: NDArray[np.float64]
@@ -138,18 +129,13 @@ class ShadingMapFile:
     orientation: int
     iso: float | None
     exposure_s: float
-    channels: tuple[ChannelShading, ...]
+    channels: tuple[ChannelMap, ...]
     camera: str | None = None
 
     @property
     def stem(self) -> str:
         """Name of its files without a suffix."""
         return shading_stem(iso=self.iso, exposure_s=self.exposure_s)
-
-    def plane_shape(self, site: int) -> tuple[int, int]:
-        """Return rows and columns of a site's plane."""
-        period = cell(self.cfa)
-        return -(-(self.height - site // period) // period), -(-(self.width - site % period) // period)
 
 
 def shading_stem(*, iso: float | None, exposure_s: float) -> str:
@@ -248,7 +234,7 @@ def _scalars(shading: ShadingMapFile) -> Sequence[tuple[str, object, str, str]]:
         ("width", shading.width, "pixel", "width of the visible mosaic"),
         ("height", shading.height, "pixel", "height of the visible mosaic"),
         ("orientation", shading.orientation, "", "TIFF tag Orientation of the flats"),
-        ("iso", np.nan if shading.iso is None else shading.iso, "1", "ISO speed; NaN where unknown"),
+        ("iso", _or_nan(shading.iso), "1", "ISO speed; NaN where unknown"),
         ("exposure_s", shading.exposure_s, "s", "exposure"),
         ("camera", shading.camera or "", "", "the camera, where known"),
     )
@@ -258,47 +244,67 @@ def _scalar(value: object, unit: str, text: str) -> NamedArray:
     return NamedArray(values=np.asarray(value), unit=unit, description=text)
 
 
-def _channel_arrays(one: ChannelShading) -> dict[str, NamedArray]:
+def _channel_arrays(one: ChannelMap) -> dict[str, NamedArray]:
     arrays = {
         "model": _scalar(one.model, "", "name of the chosen model"),
         "centre": _scalar(one.centre, "pixel", "row and column of the maximum, in the plane"),
         "maximum_dn": _scalar(one.maximum_dn, "DN", "the smooth surface at its centre"),
         "black_level_dn": _scalar(one.black_level_dn, "DN", "black level that was subtracted"),
+        "plane_shape": _scalar(one.data.plane_shape, "pixel", "rows and columns of the plane"),
+        "pitch_um": _scalar(_or_nan(one.data.pitch_um), "um", "distance of two pixels of the plane; NaN: unknown"),
+        "focal_length_mm": _scalar(_or_nan(one.data.focal_length_mm), "mm", "stated focal length; NaN: unknown"),
     }
-    for names, dtype in ((_BINNED, np.float32), (_GRIDDED, np.float64)):
+    for source, names, dtype in ((one.data, _BINNED, np.float32), (one, _GRIDDED, np.float64)):
         for name, unit, text in names:
-            arrays[name] = NamedArray(values=np.asarray(getattr(one, name), dtype=dtype), unit=unit, description=text)
+            values = np.asarray(getattr(source, name), dtype=dtype)
+            arrays[name] = NamedArray(values=values, unit=unit, description=text)
     for name, values in one.parameters.items():
         arrays[f"{_PARAMETER}{name}"] = NamedArray(values=np.asarray(values), unit="", description=_WHERE)
     return arrays
 
 
 def _shading_from(arrays: Mapping[str, NDArray[Any]]) -> ShadingMapFile:
-    cfa, iso = str(arrays["cfa"]), float(arrays["iso"])
+    cfa = str(arrays["cfa"])
     return ShadingMapFile(
         cfa=cfa,
         width=int(arrays["width"]),
         height=int(arrays["height"]),
         orientation=int(arrays["orientation"]),
-        iso=None if np.isnan(iso) else iso,
+        iso=_or_none(arrays["iso"]),
         exposure_s=float(arrays["exposure_s"]),
         camera=str(arrays["camera"]) or None,
         channels=tuple(_channel_from(channel, arrays) for channel in channels(cfa)),
     )
 
 
-def _channel_from(channel: str, arrays: Mapping[str, NDArray[Any]]) -> ChannelShading:
+def _channel_from(channel: str, arrays: Mapping[str, NDArray[Any]]) -> ChannelMap:
     own = {name.removeprefix(f"{channel}."): one for name, one in arrays.items() if name.startswith(f"{channel}.")}
     row, column = (float(place) for place in own["centre"])
-    return ChannelShading(
+    down, across = (int(length) for length in own["plane_shape"])
+    data = ShadingData(
+        plane_shape=(down, across),
+        pitch_um=_or_none(own["pitch_um"]),
+        focal_length_mm=_or_none(own["focal_length_mm"]),
+        **{name: own[name].astype(np.float64) for name, _unit, _text in _BINNED},
+    )
+    return ChannelMap(
         channel=channel,
         model=str(own["model"]),
         parameters={name.removeprefix(_PARAMETER): one for name, one in own.items() if name.startswith(_PARAMETER)},
         centre=(row, column),
         maximum_dn=float(own["maximum_dn"]),
         black_level_dn=float(own["black_level_dn"]),
-        **{name: own[name].astype(np.float64) for name, _unit, _text in (*_BINNED, *_GRIDDED)},
+        data=data,
+        **{name: own[name].astype(np.float64) for name, _unit, _text in _GRIDDED},
     )
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def _or_none(value: NDArray[Any]) -> float | None:
+    return None if np.isnan(value) else float(value)
 
 
 def _save(

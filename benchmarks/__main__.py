@@ -10,6 +10,7 @@ from pathlib import Path
 
 from benchmarks.bursts import against_ccdproc
 from benchmarks.reduction import BURSTS, FRAMES, ONE_SERIES, compressed, uncompressed
+from benchmarks.responses import against_octave, against_reading
 from benchmarks.timing import Comparison
 
 RESULTS = Path("bench-results")
@@ -34,6 +35,8 @@ def main() -> int:
             ),
             lambda: compressed(folder / "compressed"),
             lambda: against_ccdproc(folder),
+            against_reading,
+            lambda: against_octave(folder),
         ):
             for one in benchmark():
                 print(line(one), flush=True)

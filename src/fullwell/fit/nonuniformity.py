@@ -82,7 +82,8 @@ def nonuniformity(pattern: Pattern, floor: NoiseFloor, *, unit: str) -> Nonunifo
         _unevenness(pooled.weights * tiles.row_share, tiles.band, tiles.height - 3.0, tiles.row),
         _unevenness(pooled.weights * tiles.column_share, tiles.stripe, tiles.width - 3.0, tiles.column),
     ]
-    alone = pixel._replace(value=pixel.value - within.value * (1.0 / rows.length + 1.0 / columns.length))
+    lines = 1.0 / rows.length + 1.0 / columns.length
+    alone = pixel._replace(value=pixel.value - within.value * lines, error=pixel.error * (1.0 - lines))
     return Nonuniformity(
         total=_sum_of([rows.part, columns.part, alone, *common], unit, less=rows.noise + columns.noise),
         row=_sum_of([rows.part, within.times(-1.0 / rows.length)], unit, less=rows.noise),
@@ -98,6 +99,8 @@ def dark_nonuniformity(
     mean_squares: MeanSquares, shape: tuple[int, int, int], *, tiles: TileStatistics | None = None
 ) -> Nonuniformity:
     """Return the fixed-pattern variances of a dark burst from its three-way layout (METHOD 3.5, 5.1) [DN^2].
+
+    No surface is taken off: a level that drifts over the plane counts, as DSNU has it.
 
     Parameters
     ----------

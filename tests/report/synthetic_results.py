@@ -3,25 +3,13 @@
 import math
 
 import numpy as np
+from synthetic_pattern import pattern_curves, pattern_rows, response_pictures, shading_differences, shading_pictures
+from synthetic_study import DARK_EXPOSURES, FLAT_EXPOSURES, ISOS, PIXELS, RESPONSE, curve, gain_at, row
 
-from fullwell.figures.results import Column, Curve, Results, Row
+from fullwell.figures.results import Curve, Results, Row
 from fullwell.findings import Finding, Severity
 from fullwell.report.pictures import DarkZoom, DifferencePicture, Pictures, RegionHistogram
 from fullwell.units import DECIBEL, DN, DN2, DN_PER_ELECTRON, DN_PER_SECOND, ELECTRON, STOP, Measured, square_root
-
-ISOS = (55.0, 99.0, 198.0, 299.0, 395.0, 798.0)
-RESPONSE = {"R": 0.5, "G1": 1.0, "G2": 0.99, "B": 0.62}
-FLAT_EXPOSURES = (0.002, 0.004, 0.008, 0.016, 0.03)
-DARK_EXPOSURES = (0.01, 0.02, 0.04, 0.08, 0.16)
-PIXELS = 762048
-
-
-def gain_at(iso: float) -> float:
-    return 0.1705 * iso / 55.0
-
-
-def _row(quantity, channel, method, measured, **others):
-    return Row(quantity=quantity, channel=channel, method=method, measured=measured, source="METHOD 3.1", **others)
 
 
 def _channel_rows(rng: np.random.Generator, iso: float, channel: str) -> list[Row]:
@@ -35,17 +23,17 @@ def _channel_rows(rng: np.random.Generator, iso: float, channel: str) -> list[Ro
     common = {"iso": iso, "n": PIXELS * 5}
 
     def best_row(quantity, method, measured, *flags, **others):
-        return _row(quantity, channel, method, measured, flags=tuple(sorted((*best, *flags))), **common, **others)
+        return row(quantity, channel, method, measured, flags=tuple(sorted((*best, *flags))), **common, **others)
 
     rows = [
         best_row("black_level", "fused", Measured.student(64.0 + rng.normal(0, 3e-3), 3e-3, 3.0, DN)),
-        _row("black_level", channel, "metadata", Measured.exact(64.0, DN), **common),
+        row("black_level", channel, "metadata", Measured.exact(64.0, DN), **common),
         best_row("white_level", "measured", Measured.exact(1023.0, DN)),
         best_row("read_noise", "temporal-variance", noise),
         best_row("read_noise_variance", "temporal-variance", variance),
         best_row("read_noise", "temporal-variance", noise.scaled(1 / system_gain, ELECTRON)),
-        _row("read_noise", channel, "legacy-pair-difference", Measured.exact(1.018 * noise.value, DN), **common),
-        _row("read_noise", channel, "legacy-burst-mean", Measured.exact(0.911 * noise.value, DN), **common),
+        row("read_noise", channel, "legacy-pair-difference", Measured.exact(1.018 * noise.value, DN), **common),
+        row("read_noise", channel, "legacy-burst-mean", Measured.exact(0.911 * noise.value, DN), **common),
         best_row("read_noise_row", "anova", Measured.student(0.08 * system_gain / 0.17, 0.004, 40.0, DN)),
         best_row(
             "read_noise_column",
@@ -59,7 +47,7 @@ def _channel_rows(rng: np.random.Generator, iso: float, channel: str) -> list[Ro
             Measured.student(rng.normal(0.064 * iso / 55.0, 0.02), 0.021, 3.0, DN_PER_SECOND),
             *(("model-misfit",) if iso == 299.0 else ()),
         ),
-        _row("dark_current", channel, "legacy-frame-slope", Measured.exact(0.07 * iso / 55.0, DN_PER_SECOND), **common),
+        row("dark_current", channel, "legacy-frame-slope", Measured.exact(0.07 * iso / 55.0, DN_PER_SECOND), **common),
         best_row(
             "system_gain",
             "photon-transfer",
@@ -79,9 +67,9 @@ def _channel_rows(rng: np.random.Generator, iso: float, channel: str) -> list[Ro
 
 
 def _rows(rng: np.random.Generator) -> tuple[Row, ...]:
-    rows = [row for iso in ISOS for channel in RESPONSE for row in _channel_rows(rng, iso, channel)]
+    rows = [one for iso in ISOS for channel in RESPONSE for one in _channel_rows(rng, iso, channel)]
     rows += [
-        _row(
+        row(
             "system_gain",
             "all",
             "photon-transfer",
@@ -93,25 +81,14 @@ def _rows(rng: np.random.Generator) -> tuple[Row, ...]:
     ]
     for channel in RESPONSE:
         rows += [
-            _row(
+            row(
                 "read_noise_pre", channel, "amplification-fit", Measured.normal(0.699, 2e-4, DN), flags=("recommended",)
             ),
-            _row(
+            row(
                 "read_noise_post", channel, "amplification-fit", Measured.normal(0.35, 2e-3, DN), flags=("recommended",)
             ),
         ]
-    return tuple(rows)
-
-
-def curve(name: str, columns: dict[str, str], points: list[tuple]) -> Curve:
-    values = list(zip(*points, strict=True)) if points else [()] * len(columns)
-    return Curve(
-        name=name,
-        columns=tuple(
-            Column(name=column, unit=unit, values=tuple(one))
-            for (column, unit), one in zip(columns.items(), values, strict=True)
-        ),
-    )
+    return (*rows, *pattern_rows(rng))
 
 
 def _transfer(rng: np.random.Generator) -> Curve:
@@ -295,6 +272,7 @@ def synthetic_results(seed: int = 1) -> Results:
             _response(rng),
             _read_noise(),
             _frame_means(rng),
+            *pattern_curves(rng),
         ),
         run={
             "version": "0.1.0",
@@ -325,5 +303,9 @@ def synthetic_pictures(seed: int = 2) -> Pictures:
     zoom = rng.normal(0, 0.4, (48, 64)).astype(np.float32)
     zoom[20, 30] = 9.0
     return Pictures(
-        differences=tuple(differences), dark_zooms=(DarkZoom(iso=55.0, image=zoom, title="centre, 64 x 48 pixels"),)
+        differences=tuple(differences),
+        dark_zooms=(DarkZoom(iso=55.0, image=zoom, title="centre, 64 x 48 pixels"),),
+        shading=shading_pictures(),
+        shading_differences=shading_differences(),
+        responses=response_pictures(),
     )

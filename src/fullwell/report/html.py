@@ -15,10 +15,11 @@ from fullwell.raw.cfa import channel_rank
 from fullwell.report.comparison import comparisons
 from fullwell.report.document import citations
 from fullwell.report.inventory import run_date, run_facts, take_inventory
+from fullwell.report.material import isos_of
 from fullwell.report.numbers import MISSING, show, show_exposure, show_interval, show_plain, show_unit
 from fullwell.report.pictures import Pictures
 from fullwell.report.pivots import describe_flag, recommended, title_of
-from fullwell.report.sections import build_sections, isos_of
+from fullwell.report.sections import build_sections
 from fullwell.report.summary import summarize
 
 MOST_ROWS: Final = 4000

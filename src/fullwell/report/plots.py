@@ -16,6 +16,7 @@ from typing import Any, Final, Literal, TypeAlias
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
@@ -258,14 +259,16 @@ def vector_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
 
 
-def pixel_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
-    """Return a drawing with images in it as PNG of few colours."""
+def pixel_picture(figure: Figure, *, alt: str, caption: str, colors: int = 128) -> Picture:
+    """Return a drawing with images in it as PNG of few colours, 256 at most."""
+    figure.set_dpi(150)
     _settle(figure)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=150)
+    drawing = FigureCanvasAgg(figure)
+    drawing.draw()
+    width, height = drawing.get_width_height()
     packed = io.BytesIO()
-    picture = Image.open(buffer).convert("RGB")
-    picture.quantize(colors=128, dither=Image.Dither.NONE).save(packed, format="PNG")
+    picture = Image.frombuffer("RGBA", (width, height), drawing.buffer_rgba(), "raw", "RGBA", 0, 1).convert("RGB")
+    picture.quantize(colors=colors, dither=Image.Dither.NONE).save(packed, format="PNG")
     encoded = base64.b64encode(packed.getvalue()).decode("ascii")
     return Picture(uri=f"data:image/png;base64,{encoded}", alt=alt, caption=caption)
 

@@ -94,7 +94,46 @@ def shading_data(
     Raises
     ------
     ValueError
-        Where no bin is left, or a variance is not above zero.
+        Where no bin is left, or a temporal variance is not above zero.
 
     """
-    raise NotImplementedError
+    used = (bins.n > 0) & np.isfinite(bins.mean)
+    if not used.any():
+        raise ValueError("no bin is left to fit shading to: all are saturated or without sound pixels")
+    signal = np.where(used, bins.mean - black_dn, np.nan)
+    if callable(temporal_variance_dn2):
+        per_frame = temporal_variance_dn2(np.where(used, local_mean(signal), 0.0))
+    else:
+        per_frame = np.broadcast_to(np.asarray(temporal_variance_dn2, np.float64), signal.shape)
+    if not (np.isfinite(per_frame[used]) & (per_frame[used] > 0.0)).all():
+        raise ValueError("the temporal variance of a bin is not above zero; give that of one pixel in one frame")
+    values = np.where(used, bins.n, 1).astype(np.float64)
+    return ShadingData(
+        rows=bins.rows,
+        columns=bins.columns,
+        signal_dn=signal,
+        temporal_variance_dn2=np.where(used, per_frame / (values * frames), np.nan),
+        fixed_variance=np.where(used, prnu**2 / values, np.nan),
+        plane_shape=bins.plane_shape,
+        pitch_um=pitch_um,
+        focal_length_mm=focal_length_mm,
+    )
+
+
+def local_mean(values: FloatArray) -> FloatArray:
+    """Return the mean over 5 x 5 bins around each, fewer at the borders and where some are NaN; NaN where all are."""
+    known = np.isfinite(values)
+    total = _box(np.where(known, values, 0.0))
+    count = _box(known.astype(np.float64))
+    return np.divide(total, count, out=np.full(values.shape, np.nan), where=count > 0.5)
+
+
+def _box(values: FloatArray) -> FloatArray:
+    """Return the sums over 5 x 5 values around each."""
+    for axis in (0, 1):
+        width = [(0, 0), (0, 0)]
+        width[axis] = (3, 2)
+        running = np.cumsum(np.pad(values, width), axis=axis)
+        size = values.shape[axis]
+        values = running.take(range(5, size + 5), axis=axis) - running.take(range(size), axis=axis)
+    return values

@@ -1,10 +1,16 @@
 """How much a lens shades: the surface at the corners and edges of the plane, relative to its maximum."""
 
 from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
 
 from fullwell.fit.shading.data import ShadingData
 from fullwell.fit.shading.surface import ShadingModel
-from fullwell.units import Measured
+from fullwell.model.shading import CosineSurface, RadialSurface
+from fullwell.units import ONE, Measured
+
+PIXEL: Final = "pixel"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +33,24 @@ class CornerAndEdges:
     edge_y: Measured
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpticalAxis:
+    """Where the axis of the lens meets the plane [pixel of the plane].
+
+    Parameters
+    ----------
+    row, column
+        The place, from 0 at the centre of the first pixel.
+    focal_length
+        Of the cosine-fourth law; None for others. Times the pitch of the plane it is a length.
+
+    """
+
+    row: Measured
+    column: Measured
+    focal_length: Measured | None
+
+
 def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAndEdges:
     """Return corner and edges of a surface; their errors count that of the maximum and all covariances.
 
@@ -38,9 +62,61 @@ def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAn
         Errors by temporal noise alone, for comparisons of bursts of one sensor.
 
     """
-    raise NotImplementedError
+    last_row, last_column = (size - 1.0 for size in model.plane_shape)
+    row = np.array([0.0, 0.0, last_row, last_row, *[last_row / 2.0] * 2, 0.0, last_row, model.centre[0]])
+    column = np.array([0.0, last_column, 0.0, last_column, 0.0, last_column, *[last_column / 2.0] * 2, model.centre[1]])
+    value, covariance = model.surface_and_covariance(row, column, temporal=temporal)
+
+    def share(places: slice) -> Measured:
+        ratio = float(value[places].mean() / value[-1])
+        slope = np.zeros(value.size)
+        slope[places] = 1.0 / value[places].size
+        slope[-1] = -ratio
+        slope /= value[-1]
+        return Measured.normal(ratio, float(np.sqrt(slope @ covariance @ slope)), ONE)
+
+    return CornerAndEdges(corner=share(slice(0, 4)), edge_x=share(slice(4, 6)), edge_y=share(slice(6, 8)))
 
 
 def residual_rms(model: ShadingModel, data: ShadingData) -> Measured:
     """Return the root mean square of the relative residuals of the bins, noise included [1]."""
-    raise NotImplementedError
+    fitted = model.surface(data.rows[:, None], data.columns[None, :])
+    used = data.used & (fitted > 0.0)
+    residual = data.signal_dn[used] / fitted[used] - 1.0
+    rms = float(np.sqrt(np.mean(residual**2)))
+    return Measured.normal(rms, rms / float(np.sqrt(2.0 * max(residual.size, 1))), ONE)
+
+
+def optical_axis(model: ShadingModel) -> OpticalAxis | None:
+    """Return centre and focal length of ``cos4``, or the centre of ``radial``.
+
+    Returns
+    -------
+    OpticalAxis or None
+        None for models without a centre of their own, and where nothing shades.
+
+    """
+    surface = model.equation
+    if isinstance(surface, RadialSurface):
+        error = np.sqrt(np.diag(model.covariance))
+        row, column = (Measured.normal(float(model.values[at]), float(error[at]), PIXEL) for at in (-2, -1))
+        return OpticalAxis(row=row, column=column, focal_length=None)
+    if not isinstance(surface, CosineSurface) or surface.axis(model.values) is None:
+        return None
+    return _cosine_axis(surface, model)
+
+
+def _cosine_axis(surface: CosineSurface, model: ShadingModel) -> OpticalAxis:
+    """Return the axis of the cosine-fourth law, its errors by central differences of a tenth of an error."""
+    found = np.array(surface.axis(model.values))
+    error = np.sqrt(np.diag(model.covariance))
+    slopes = np.zeros((3, model.values.size))
+    for at in range(1, model.values.size):
+        move = np.zeros(model.values.size)
+        move[at] = 0.1 * error[at]
+        ends = [surface.axis(model.values + sign * move) for sign in (1.0, -1.0)]
+        if ends[0] is not None and ends[1] is not None:
+            slopes[:, at] = np.subtract(ends[0], ends[1]) / (2.0 * move[at])
+    errors = np.sqrt(np.diag(slopes @ model.covariance @ slopes.T))
+    row, column, focal = (Measured.normal(float(v), float(e), PIXEL) for v, e in zip(found, errors, strict=True))
+    return OpticalAxis(row=row, column=column, focal_length=focal)

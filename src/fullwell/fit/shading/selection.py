@@ -1,17 +1,30 @@
 """All models of a plane's shading, and the one to use (METHOD 6.3)."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc
 
 from fullwell.fit.shading.data import ShadingData
-from fullwell.fit.shading.surface import ShadingModel
+from fullwell.fit.shading.polynomial import fit_polynomial
+from fullwell.fit.shading.projection import fit_cosine, fit_radial
+from fullwell.fit.shading.robust import MEAN_WEIGHT, MEAN_WEIGHTED_SQUARE, robust_bins
+from fullwell.fit.shading.solution import Solution, fit_amplitude
+from fullwell.fit.shading.spline import fit_spline, spline_terms
+from fullwell.fit.shading.surface import ShadingModel, equation, maximum
+from fullwell.fit.shading.weighting import WeightedBins
+from fullwell.model.shading import CosineSurface, RadialSurface, Surface, TensorSurface
 
 MODELS: Final = ("cos4-fixed", "cos4", "poly22", "radial", "poly44", "poly66", "poly88", "p-spline")
 """All models, from few terms to many."""
+_BEYOND: Final = 0.01
+"""Chance below which a misfit is not chance."""
+_NOTABLE: Final = 1.1
+"""Factor on the errors from which a misfit is worth a flag."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,4 +73,124 @@ def fit_shading(data: ShadingData, *, models: Sequence[str] = MODELS, robust: bo
         Where a name is unknown or no model can be fitted; the sentence says why.
 
     """
-    raise NotImplementedError
+    unknown = [name for name in models if name not in MODELS]
+    if unknown:
+        raise ValueError(f"there is no shading model {unknown[0]!r}; there are {', '.join(MODELS)}")
+    bins = WeightedBins.of(data)
+    if robust:
+        bins = robust_bins(bins)
+    found: list[ShadingModel] = []
+    failures: dict[str, str] = {}
+    for name in models:
+        if name == "cos4-fixed" and data.focal_length_pixels is None:
+            continue
+        try:
+            found.append(_fitted(name, bins, data.focal_length_pixels))
+        except ValueError as error:
+            failures[name] = str(error)
+    if not found:
+        raise ValueError("; ".join(f"{name}: {why}" for name, why in failures.items()) or "no shading model to fit")
+    fitted = _judged(sorted(found, key=lambda model: model.effective_terms))
+    return ShadingFits(
+        models={model.name: model for model in fitted},
+        chosen=choose(fitted),
+        failures=failures,
+        robust_weight=bins.robust_weight,
+    )
+
+
+def choose(models: Sequence[ShadingModel]) -> str:
+    """Return the name of the smallest model whose cross-validation is within one standard error of the best.
+
+    Parameters
+    ----------
+    models
+        From few effective terms to many, at least one.
+
+    """
+    best = min(models, key=lambda model: model.gcv)
+    return next(model.name for model in models if model.gcv <= best.gcv + best.gcv_error)
+
+
+def _fitted(name: str, bins: WeightedBins, focal_length_pixels: float | None) -> ShadingModel:
+    """Fit one model."""
+    terms = spline_terms(bins) if name == "p-spline" else None
+    focal = focal_length_pixels if name == "cos4-fixed" else None
+    surface = equation(name, bins.plane, focal_length_pixels=focal, spline_terms=terms)
+    solution = _solved(surface, bins)
+    fitted = surface.value(bins.rows[:, None], bins.columns[None, :], solution.values)
+    count, chi_square = _misfit(bins, fitted)
+    row, column, value = maximum(surface, solution.values, bins.plane)
+    if not value > 0.0:
+        raise ValueError("the surface is nowhere above black")
+    gcv = chi_square / count / max(1.0 - solution.terms / count, 1e-3) ** 2
+    return ShadingModel(
+        name=name,
+        plane_shape=(bins.plane.rows, bins.plane.columns),
+        parameter_names=surface.parameter_names,
+        values=solution.values,
+        covariance=solution.covariance,
+        temporal_covariance=solution.temporal_covariance,
+        effective_terms=solution.terms,
+        chi_square=chi_square,
+        dof=count - solution.terms,
+        gcv=gcv,
+        gcv_error=gcv * math.sqrt(2.0 / count),
+        error_scale=1.0,
+        misfit=False,
+        centre=(row, column),
+        maximum_dn=value,
+        focal_length_pixels=focal,
+        spline_terms=terms,
+    )
+
+
+def _solved(surface: Surface, bins: WeightedBins) -> Solution:
+    """Fit a surface in the way of its kind."""
+    match surface:
+        case TensorSurface():
+            return fit_spline(bins, surface) if surface.kept.all() else fit_polynomial(bins, surface)
+        case CosineSurface():
+            return fit_cosine(bins)
+        case RadialSurface():
+            return fit_radial(bins)
+        case _:
+            return fit_amplitude(bins, surface)
+
+
+def _misfit(bins: WeightedBins, fitted: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the number of bins and chi-square; with robust weights, as normal residuals would give them."""
+    squares = float(np.sum(bins.fitting_weight * (bins.signal_dn - fitted) ** 2))
+    if bins.robust_weight is None:
+        return float(bins.bins), squares
+    weights = float(np.sum(bins.robust_weight[bins.weight > 0.0]))
+    return weights / MEAN_WEIGHT, squares / MEAN_WEIGHTED_SQUARE
+
+
+def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
+    """Scale the errors of models that do not fit.
+
+    The richest model says how noisy the bins are: beyond the 99 % point of chi-square its errors are scaled. What it
+    explains beyond a smaller model, per further term, says how far that one is off.
+    """
+    richest = models[-1]
+    noise = 1.0
+    if richest.dof > 0.0 and chdtrc(richest.dof, richest.chi_square) < _BEYOND:
+        noise = richest.chi_square / richest.dof
+    out: list[ShadingModel] = []
+    for model in models:
+        excess, terms = model.chi_square - richest.chi_square, richest.effective_terms - model.effective_terms
+        missed = 1.0
+        if terms >= 1.0 and chdtrc(terms, max(excess / noise, 0.0)) < _BEYOND:
+            missed = excess / noise / terms
+        scale = math.sqrt(noise * missed)
+        out.append(
+            replace(
+                model,
+                covariance=scale**2 * model.covariance,
+                temporal_covariance=scale**2 * model.temporal_covariance,
+                error_scale=scale,
+                misfit=scale > _NOTABLE,
+            )
+        )
+    return out

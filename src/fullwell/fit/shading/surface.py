@@ -1,13 +1,28 @@
 """A fitted shading surface: its parameters, what it is worth anywhere in the plane, and how well it is known."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Self
+from dataclasses import dataclass, fields
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fullwell.model.shading import (
+    CosineSurface,
+    FixedCosineSurface,
+    Plane,
+    RadialSurface,
+    Surface,
+    polynomial_surface,
+    spline_surface,
+)
+
 FloatArray = NDArray[np.float64]
+
+DEGREES: Final = {"poly22": 2, "poly44": 4, "poly66": 6, "poly88": 8}
+"""Total degrees of the polynomial models."""
+_CLOSE: Final = 1e-3
+"""Distance to which a maximum is searched [pixel]: there the surface differs by nothing that counts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,16 +55,18 @@ class ShadingModel:
     gcv_error
         Its standard error sqrt(2/n), relative to this model's own value.
     error_scale
-        Errors are scaled by this, 1 or more: the spline fits so much better that the model's own errors do not cover
-        what it misses.
+        What the errors are scaled by, 1 or more: bins scatter by more than their noise, or the richest model of the
+        same fit explains so much more that this one's own errors would not cover what it misses.
     misfit
-        Whether they are.
+        Whether they are scaled by more than a tenth.
     centre
         Row and column of the maximum of the surface inside the plane [pixel of the plane].
     maximum_dn
         Value there [DN].
     focal_length_pixels
         The focal length that ``cos4-fixed`` was given [pixel of the plane]; None for the others.
+    spline_terms
+        Splines along rows and along columns of ``p-spline``; None for the others.
 
     """
 
@@ -69,6 +86,13 @@ class ShadingModel:
     centre: tuple[float, float]
     maximum_dn: float
     focal_length_pixels: float | None = None
+    spline_terms: tuple[int, int] | None = None
+
+    @property
+    def equation(self) -> Surface:
+        """The surface with its parameters still open."""
+        plane = Plane(rows=self.plane_shape[0], columns=self.plane_shape[1])
+        return equation(self.name, plane, focal_length_pixels=self.focal_length_pixels, spline_terms=self.spline_terms)
 
     def surface(self, row: ArrayLike, column: ArrayLike) -> FloatArray:
         """Return the surface at positions in the plane [DN].
@@ -80,7 +104,7 @@ class ShadingModel:
             ``surface(rows[:, None], columns[None, :])`` is a grid, and fast.
 
         """
-        raise NotImplementedError
+        return self.equation.value(row, column, self.values)
 
     def surface_and_covariance(
         self, row: ArrayLike, column: ArrayLike, *, temporal: bool = False
@@ -100,7 +124,11 @@ class ShadingModel:
             Values, shape (n,) [DN], and covariance, shape (n, n) [DN^2].
 
         """
-        raise NotImplementedError
+        row, column = np.broadcast_arrays(np.asarray(row, np.float64), np.asarray(column, np.float64))
+        equation = self.equation
+        slopes = equation.jacobian(row, column, self.values)
+        covariance = self.temporal_covariance if temporal else self.covariance
+        return equation.value(row, column, self.values), slopes.T @ covariance @ slopes
 
     def map(self, *, step: int = 1) -> FloatArray:
         """Return the surface over the whole plane, 1 at its centre.
@@ -116,13 +144,80 @@ class ShadingModel:
             Shape (ceil(rows / step), ceil(columns / step)) [1].
 
         """
-        raise NotImplementedError
+        rows, columns = (np.arange(0, size, step, dtype=np.float64) for size in self.plane_shape)
+        return self.surface(rows[:, None], columns[None, :]) / self.maximum_dn
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return all there is as plain arrays, for ``numpy.savez``; `from_arrays` takes them back."""
-        raise NotImplementedError
+        known = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: np.asarray(value) for name, value in known.items() if value is not None}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Return the model that `to_arrays` wrote out."""
-        raise NotImplementedError
+        """Return the model that `to_arrays` wrote out; arrays of other names are passed over."""
+        kept = ("values", "covariance", "temporal_covariance")
+        found: dict[str, Any] = {}
+        for name in (field.name for field in fields(cls) if field.name in arrays):
+            plain = arrays[name].tolist()
+            found[name] = (
+                np.asarray(arrays[name], np.float64)
+                if name in kept
+                else (tuple(plain) if isinstance(plain, list) else plain)
+            )
+        return cls(**found)
+
+
+def equation(
+    name: str, plane: Plane, *, focal_length_pixels: float | None, spline_terms: tuple[int, int] | None
+) -> Surface:
+    """Return the surface of a model's name.
+
+    Parameters
+    ----------
+    name
+        As of `ShadingModel`.
+    plane
+        Size of the plane.
+    focal_length_pixels
+        For ``cos4-fixed`` [pixel of the plane].
+    spline_terms
+        For ``p-spline``.
+
+    Raises
+    ------
+    ValueError
+        Where the name is unknown, or what it needs is not given.
+
+    """
+    if name in DEGREES:
+        return polynomial_surface(plane, DEGREES[name])
+    if name == "p-spline" and spline_terms is not None:
+        return spline_surface(plane, spline_terms)
+    if name == "cos4-fixed" and focal_length_pixels is not None:
+        return FixedCosineSurface(plane=plane, focal_length_pixels=focal_length_pixels)
+    if name == "cos4":
+        return CosineSurface(plane=plane)
+    if name == "radial":
+        return RadialSurface(plane=plane)
+    raise ValueError(f"there is no shading model {name!r} with what is known")
+
+
+def maximum(surface: Surface, values: FloatArray, plane: Plane) -> tuple[float, float, float]:
+    """Return row and column of the maximum of a surface inside the plane, and the value there.
+
+    A grid finds it, finer ones around it close in.
+    """
+    row_ends, column_ends = np.array([0.0, plane.rows - 1.0]), np.array([0.0, plane.columns - 1.0])
+    reach = np.array([plane.rows / 2.0, plane.columns / 2.0])
+    centre = np.array(plane.middle)
+    points, value = 49, 0.0
+    while reach.max() > _CLOSE:
+        row = np.clip(np.linspace(centre[0] - reach[0], centre[0] + reach[0], points), *row_ends)
+        column = np.clip(np.linspace(centre[1] - reach[1], centre[1] + reach[1], points), *column_ends)
+        grid = surface.value(row[:, None], column[None, :], values)
+        best_row, best_column = np.unravel_index(int(np.argmax(grid)), grid.shape)
+        centre = np.array([row[best_row], column[best_column]])
+        value = float(grid[best_row, best_column])
+        reach *= 4.0 / (points - 1)
+        points = 9
+    return float(centre[0]), float(centre[1]), value

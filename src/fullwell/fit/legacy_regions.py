@@ -43,8 +43,8 @@ class StudyRegions:
     scaled: bool
 
 
-def study_regions(height: int, width: int) -> StudyRegions | None:
-    """Return crop and tiles for a frame of this size, None where it is too small for them even when scaled.
+def study_regions(height: int, width: int) -> StudyRegions:
+    """Return crop and tiles for a frame of this size, at least 2 x 2 pixels.
 
     Where the published numbers do not fit, each is scaled by width / 4032 (height / 3024 where that is less), cut off
     to an integer and made odd, so that crop and tiles start on the same CFA site and have even sizes (RESULTS 4).
@@ -63,8 +63,6 @@ def study_regions(height: int, width: int) -> StudyRegions | None:
     crop = _imcrop(_CROP, factor)
     columns, rows = _TILE_STARTS  # swapped, as published: imcrop takes the column first
     tiles = tuple(_imcrop((column, row, _TILE_EDGE, _TILE_EDGE), factor) for row in rows for column in columns)
-    if not (_inside(crop, height, width) and all(_inside(tile, crop.height, crop.width) for tile in tiles)):
-        return None
     shifted = tuple(
         Box(top=crop.top + tile.top, left=crop.left + tile.left, height=tile.height, width=tile.width) for tile in tiles
     )
@@ -80,7 +78,3 @@ def _imcrop(numbers: tuple[int, int, int, int], factor: Fraction) -> Box:
 def _odd(number: Fraction) -> int:
     whole = math.floor(number)
     return whole + 1 if whole % 2 == 0 else whole
-
-
-def _inside(box: Box, height: int, width: int) -> bool:
-    return box.top + box.height <= height and box.left + box.width <= width

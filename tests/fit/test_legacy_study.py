@@ -25,7 +25,7 @@ from fullwell.raw.cfa import BAYER, MONO, channels
 HEIGHT, WIDTH = 280, 352
 EXPOSURES_S = (0.001, 0.002, 0.004)
 FRAMES = (4, 5, 3)
-RNG_ROUNDING = 1e-13
+ROUNDING = 1e-13
 """Some hundred times the rounding of float64: what is left of sums in another order."""
 
 
@@ -134,7 +134,7 @@ def test_a_region_of_the_map_is_cut_out_of_the_whole(region: tuple[int, int, int
         whole[site // 2 :: 2, site % 2 :: 2] = evaluate(surface.coefficients, x, y) / surface.maximum
     top, left, height, width = region
     cut = base.region(top=top, left=left, height=height, width=width)
-    np.testing.assert_allclose(cut, whole[top : top + height, left : left + width], rtol=RNG_ROUNDING)
+    np.testing.assert_allclose(cut, whole[top : top + height, left : left + width], rtol=ROUNDING)
 
 
 def test_channels_do_not_depend_on_the_bayer_order() -> None:

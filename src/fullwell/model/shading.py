@@ -190,6 +190,10 @@ class CosineSurface:
         """Return the surface at places that broadcast against each other."""
         return parameters[0] * self.quadratic(row, column, parameters[1:]) ** -2.0
 
+    def functions(self, row: ArrayLike, column: ArrayLike, parameters: FloatArray) -> FloatArray:
+        """Return what the amplitude multiplies at n places, shape (1, n)."""
+        return np.ravel(self.quadratic(row, column, parameters[1:]) ** -2.0)[None]
+
     def jacobian(self, row: ArrayLike, column: ArrayLike, parameters: FloatArray) -> FloatArray:
         """Return the derivatives at n places, shape (4, n)."""
         y, x = (np.ravel(part) for part in np.broadcast_arrays(*self.plane.centred(row, column)))
@@ -255,17 +259,23 @@ class RadialSurface:
         tilted = 1.0 + parameters[-4] * y + parameters[-3] * x
         return tilted * np.asarray(np.polynomial.polynomial.polyval(rho, parameters[:-4]), np.float64)
 
+    def functions(self, row: ArrayLike, column: ArrayLike, parameters: FloatArray) -> FloatArray:
+        """Return what a0 to a5 multiply at n places, shape (6, n)."""
+        y, x = (np.ravel(part) for part in np.broadcast_arrays(*self.plane.centred(row, column)))
+        v, h = self.plane.centred(parameters[-2], parameters[-1])
+        out = np.empty((RADIAL_POWERS + 1, y.size))
+        _powers(1.0 + parameters[-4] * y + parameters[-3] * x, (y - v) ** 2 + (x - h) ** 2, out)
+        return out
+
     def jacobian(self, row: ArrayLike, column: ArrayLike, parameters: FloatArray) -> FloatArray:
         """Return the derivatives at n places, shape (10, n)."""
         y, x = (np.ravel(part) for part in np.broadcast_arrays(*self.plane.centred(row, column)))
         v, h = self.plane.centred(parameters[-2], parameters[-1])
         dy, dx = y - v, x - h
         rho = dy * dy + dx * dx
-        tilted = 1.0 + parameters[-4] * y + parameters[-3] * x
         out = np.empty((RADIAL_POWERS + 5, y.size))
-        out[0] = tilted
-        for power in range(RADIAL_POWERS):
-            np.multiply(out[power], rho, out=out[power + 1])
+        tilted = 1.0 + parameters[-4] * y + parameters[-3] * x
+        _powers(tilted, rho, out[: RADIAL_POWERS + 1])
         value, slope = _with_slope(parameters[:-4], rho)
         np.multiply(value, y, out=out[-4])
         np.multiply(value, x, out=out[-3])
@@ -275,10 +285,19 @@ class RadialSurface:
         return out
 
 
+def _powers(first: FloatArray, factor: FloatArray, out: FloatArray) -> None:
+    """Fill the rows of ``out`` with first * factor^0, first * factor^1 and so on."""
+    out[0] = first
+    for power in range(len(out) - 1):
+        np.multiply(out[power], factor, out=out[power + 1])
+
+
 def _with_slope(coefficients: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return a polynomial and its derivative, by Horner's rule."""
     value, slope = np.full_like(at, coefficients[-1]), np.zeros_like(at)
     for coefficient in coefficients[-2::-1]:
-        slope = slope * at + value
-        value = value * at + coefficient
+        slope *= at
+        slope += value
+        value *= at
+        value += coefficient
     return value, slope

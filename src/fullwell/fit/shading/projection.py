@@ -9,7 +9,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from fullwell.fit.shading.solution import Solution, at_minimum, places
+from fullwell.fit.shading.solution import Solution, at_minimum
 from fullwell.fit.shading.weighting import FloatArray, WeightedBins, symmetric_inverse
 from fullwell.model.shading import CosineSurface, RadialSurface
 
@@ -27,8 +27,12 @@ class Separable(Protocol):
         """How many are."""
         ...
 
+    def functions(self, row: FloatArray, column: FloatArray, parameters: FloatArray) -> FloatArray:
+        """Return what the linear parameters multiply at n places, a row each."""
+        ...
+
     def jacobian(self, row: FloatArray, column: FloatArray, parameters: FloatArray) -> FloatArray:
-        """Return the derivatives; the first are the linear functions themselves."""
+        """Return the derivatives by all parameters; the first rows are `functions`."""
         ...
 
     def allowed(self, parameters: FloatArray) -> bool:
@@ -147,7 +151,7 @@ class _Descent:
     def solved(self, parameters: FloatArray) -> tuple[FloatArray, float]:
         """Return the parameters with the linear ones solved for, and chi-square."""
         linear = self.surface.linear
-        functions = self.surface.jacobian(self.row, self.column, parameters)[:linear]
+        functions = self.surface.functions(self.row, self.column, parameters)
         weighted = functions * self.weight
         found = symmetric_inverse(weighted @ functions.T, whole=False) @ (weighted @ self.signal)
         residual = self.signal - found @ functions

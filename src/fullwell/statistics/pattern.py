@@ -171,7 +171,8 @@ def _band(
         counts &= np.minimum.reduceat(surface.min(axis=0), across.starts) > 0.0
     left_out = ~np.repeat(counts, across.lengths)
     surface[:, left_out] = 1.0
-    residuals = values / surface - 1.0 if relative else values - surface
+    scale = 1.0 / surface if relative else np.ones_like(surface[:1])
+    residuals = (values - surface) * scale
     residuals[:, left_out] = 0.0
     n = height * across.lengths
 
@@ -183,7 +184,7 @@ def _band(
         dof=np.where(counts, n - SURFACE_TERMS, 0),
         mean=np.where(sound, gathered(values.sum(axis=0)) / n, np.nan),
         power=gathered(np.einsum("vh,vh->h", residuals, residuals)),
-        inverse_square=gathered((surface**-2.0).sum(axis=0)) / n if relative else np.ones(n.size),
+        inverse_square=gathered(np.einsum("vh,vh->h", scale, scale)) / (scale.shape[0] * across.lengths),
         rows=np.add.reduceat(residuals, across.starts, axis=1),
         columns=residuals.sum(axis=0),
         widths=np.where(counts, across.lengths, 0),

@@ -73,7 +73,7 @@ def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAn
         slope[places] = 1.0 / value[places].size
         slope[-1] = -ratio
         slope /= value[-1]
-        return Measured.normal(ratio, float(np.sqrt(slope @ covariance @ slope)), ONE)
+        return Measured.normal(ratio, float(np.sqrt(max(slope @ covariance @ slope, 0.0))), ONE)
 
     return CornerAndEdges(corner=share(slice(0, 4)), edge_x=share(slice(4, 6)), edge_y=share(slice(6, 8)))
 

@@ -95,8 +95,20 @@ def fit_radial(bins: WeightedBins) -> Solution:
 
     """
     surface = SeparableRadial(plane=bins.plane)
-    start = np.array([0.0, 0.0, *bins.plane.middle])
+    start = np.array([0.0, 0.0, *_likely_centre(bins)])
     return at_minimum(surface, project(surface, bins, start), bins)
+
+
+def _likely_centre(bins: WeightedBins) -> tuple[float, float]:
+    """Return the centre of a cosine-fourth law over every third bin, no further out than half the plane [pixel]."""
+    rows, columns = bins.plane.rows, bins.plane.columns
+    law = SeparableCosine(plane=bins.plane)
+    try:
+        axis = law.axis(_Descent.over(bins, law, every=3).minimum(np.zeros(3)))
+    except ValueError:
+        axis = None
+    row, column = bins.plane.middle if axis is None else axis[:2]
+    return min(max(row, -0.5 * rows), 1.5 * rows), min(max(column, -0.5 * columns), 1.5 * columns)
 
 
 def project(surface: Separable, bins: WeightedBins, start: FloatArray) -> FloatArray:

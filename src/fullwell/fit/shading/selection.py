@@ -170,20 +170,19 @@ def _misfit(bins: WeightedBins, fitted: NDArray[np.float64]) -> tuple[float, flo
 def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
     """Scale the errors of models that do not fit.
 
-    The richest model says how noisy the bins are: beyond the 99 % point of chi-square its errors are scaled. What it
-    explains beyond a smaller model, per further term, says how far that one is off.
+    The best by cross-validation says how noisy the bins are: beyond the 99 % point of chi-square, all errors are
+    scaled. What the richest of the good models explains beyond a smaller one, per further term, says how far off that
+    one is.
     """
-    richest = models[-1]
-    noise = 1.0
-    if richest.dof > 0.0 and chdtrc(richest.dof, richest.chi_square) < _BEYOND:
-        noise = richest.chi_square / richest.dof
+    best = min(models, key=lambda model: model.gcv)
+    richest = [model for model in models if model.gcv <= best.gcv + 3.0 * best.gcv_error][-1]
+    noise = _beyond_chance(best.chi_square, best.dof)
     out: list[ShadingModel] = []
     for model in models:
         excess, terms = model.chi_square - richest.chi_square, richest.effective_terms - model.effective_terms
-        missed = 1.0
-        if terms >= 1.0 and chdtrc(terms, max(excess / noise, 0.0)) < _BEYOND:
-            missed = excess / noise / terms
-        scale = math.sqrt(noise * missed)
+        if terms < 1.0:
+            excess, terms = model.chi_square, model.dof
+        scale = math.sqrt(noise * _beyond_chance(excess / noise, terms))
         out.append(
             replace(
                 model,
@@ -194,3 +193,8 @@ def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
             )
         )
     return out
+
+
+def _beyond_chance(chi_square: float, dof: float) -> float:
+    """Return chi-square over its degrees of freedom where that is beyond its 99 % point, else 1."""
+    return chi_square / dof if dof > 0.0 and chdtrc(dof, max(chi_square, 0.0)) < _BEYOND else 1.0

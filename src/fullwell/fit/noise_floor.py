@@ -22,7 +22,7 @@ class NoiseFloor:
     """
 
     variance: NDArray[np.float64]
-    dof: NDArray[np.float64]
+    dof: NDArray[np.float64] | float
     row: float = 0.0
     column: float = 0.0
 

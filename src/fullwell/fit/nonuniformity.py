@@ -69,7 +69,7 @@ def nonuniformity(pattern: Pattern, floor: NoiseFloor, *, unit: str) -> Nonunifo
     Raises
     ------
     ValueError
-        Where no tile counts.
+        Where no tile has both a pattern and a noise floor.
 
     """
     tiles = pattern_tiles(pattern, floor)
@@ -112,13 +112,19 @@ def dark_nonuniformity(
         The same burst by tile: their scatter shows heavy-tailed pattern (hot pixels) and widens the errors; None leaves
         errors that hold for a normal pattern only.
 
+    Raises
+    ------
+    ValueError
+        Where there is a single frame.
+
     """
     frames, rows, columns = shape
     if frames < 2:
         raise ValueError("the temporal noise of a dark burst needs two frames or more")
     every = degrees_of_freedom(shape)
     parts = {effect: _Part.of(getattr(mean_squares, effect), every[effect]) for effect in ("v", "h", "tv", "th", "tvh")}
-    pooled = None if tiles is None else pool_tiles(dark_tiles(tiles, mean_squares, shape))
+    cut = None if tiles is None else dark_tiles(tiles, mean_squares, shape)
+    pooled = None if cut is None else pool_tiles(cut)
     parts["vh"] = _Part.of(mean_squares.vh, every["vh"]).scattered(pooled)
     by_row, by_column = 1.0 / (frames * columns), 1.0 / (frames * rows)
     factors = {

@@ -205,19 +205,12 @@ def pattern_tiles(pattern: Pattern, floor: NoiseFloor) -> Tiles:
     )
 
 
-def dark_tiles(tiles: TileStatistics, mean_squares: MeanSquares, shape: tuple[int, int, int]) -> Tiles:
-    """Return the tiles of a dark burst of T frames, M rows, N columns [DN^2].
-
-    Raises
-    ------
-    ValueError
-        Where no tile has a spatial and a temporal variance.
-
-    """
+def dark_tiles(tiles: TileStatistics, mean_squares: MeanSquares, shape: tuple[int, int, int]) -> Tiles | None:
+    """Return the tiles of a dark burst of T frames, M rows, N columns; None where none is large enough [DN^2]."""
     frames, rows, columns = shape
     counts = (tiles.spatial_dof > 0) & (tiles.temporal_dof > 0)
     if not counts.any():
-        raise ValueError("no tile of the dark burst has a surface and a temporal variance")
+        return None
     band, stripe = np.nonzero(counts)
     noise = tiles.temporal_variance[counts] / frames
     dof = tiles.temporal_dof[counts].astype(np.float64)

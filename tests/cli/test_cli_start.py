@@ -44,7 +44,8 @@ def test_the_overview_takes_at_most_six_times_an_empty_python(program: list[str]
 
 def test_the_overview_lists_what_the_program_offers(run: Run) -> None:
     listed = [name for name, _summary in COMMANDS]
-    assert listed == sorted(command.callback.__name__ for command in app.registered_commands if command.callback)
+    commands = [command.callback.__name__ for command in app.registered_commands if command.callback]
+    assert listed == sorted([*commands, *(group.name for group in app.registered_groups)])
     assert run("--help").stdout == overview() == CliRunner().invoke(app, ["--help"]).stdout
 
 

@@ -11,6 +11,7 @@ from fullwell.cli.index import index
 from fullwell.cli.inspect import inspect
 from fullwell.cli.options import Version
 from fullwell.cli.overview import overview, summary_of
+from fullwell.cli.shading import shading
 from fullwell.cli.simulate import simulate
 
 _CONTEXT = {"help_option_names": ["-h", "--help"]}
@@ -20,6 +21,7 @@ app.command(help=summary_of("characterize"), context_settings=_CONTEXT)(characte
 app.command(help=summary_of("demo"), context_settings=_CONTEXT)(demo)
 app.command(help=summary_of("index"), context_settings=_CONTEXT)(index)
 app.command(help=summary_of("inspect"), context_settings=_CONTEXT)(inspect)
+app.add_typer(shading, name="shading", help=summary_of("shading"), context_settings=_CONTEXT)
 app.command(help=summary_of("simulate"), context_settings=_CONTEXT)(simulate)
 
 

@@ -1,0 +1,200 @@
+"""``fullwell shading fit``: a map per flat burst, and every model's coefficients with their errors."""
+
+import csv
+import io
+import math
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from fullwell.errors import UsageError
+from fullwell.findings import Finding
+from fullwell.fit.shading.extent import corner_and_edges, residual_rms
+from fullwell.fit.shading.surface import ShadingModel
+from fullwell.frames.series import Kind, Study
+from fullwell.frames.study import load_study
+from fullwell.units import Measured
+from fullwell.workflow.characterize import MEASURED_KINDS, default_tile
+from fullwell.workflow.duplicates import reduce_without_copies
+from fullwell.workflow.executor import Progress
+from fullwell.workflow.iso_maps import shading_file
+from fullwell.workflow.maps import save_shading_map
+from fullwell.workflow.measure.bursts import group_by_iso
+from fullwell.workflow.measure.iso import measure_iso
+from fullwell.workflow.measure.section import over_isos
+from fullwell.workflow.measure.shading import BurstShading, ChannelShading
+from fullwell.workflow.options import Options
+from fullwell.workflow.shading.folder import (
+    ShadingOutcome,
+    check_shading_target,
+    now_s,
+    shading_folder,
+    write_document,
+)
+
+COEFFICIENTS: Final = "coefficients.csv"
+MAPS: Final = "maps"
+_COLUMNS: Final = ("iso", "exposure_s", "channel", "model", "chosen", "parameter", "value", "std_error")
+_CONCERNED: Final = ("shading", "saturat", "clip", "frame", "series", "exposure", "cfa", "black-level")
+"""Words in the codes of findings that matter to shading, whatever their severity."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredShading:
+    """The shading of every flat burst of a study.
+
+    Parameters
+    ----------
+    study
+        Its frames and facts.
+    bursts
+        By ascending ISO and exposure.
+    findings
+        What is to be said about the flats and what was left out of them.
+
+    """
+
+    study: Study
+    bursts: tuple[BurstShading, ...]
+    findings: tuple[Finding, ...]
+
+
+def fit_maps(path: Path, out: Path, *, options: Options, progress: Progress | None = None) -> ShadingOutcome:
+    """Fit the shading of a study's flats and write its maps into a folder.
+
+    Parameters
+    ----------
+    path
+        A study folder or a manifest with flats; darks give the black level where there are any.
+    out
+        Folder to write: ``maps/shading_*.npz``, ``coefficients.csv``, ``shading.json``.
+    options
+        What to measure and how.
+    progress
+        Told of every frame.
+
+    Raises
+    ------
+    UsageError
+        Where no shading can be fitted, or ``out`` must not be replaced.
+
+    """
+    started = now_s()
+    check_shading_target(out, path)
+    measured = measure_study(path, options=options, progress=progress)
+    with shading_folder(out, path) as folder:
+        (folder / MAPS).mkdir()
+        for one in measured.bursts:
+            save_shading_map(folder / MAPS, shading_file(measured.study, one))
+        (folder / COEFFICIENTS).write_text(coefficients_csv(measured.bursts), encoding="utf-8", newline="\n")
+        document = write_document(
+            folder,
+            "fit",
+            {"study": str(path), "bursts": [_said(measured.study, one) for one in measured.bursts]},
+            findings=measured.findings,
+            options=options,
+            study=path,
+            out=out,
+            started=started,
+        )
+    return ShadingOutcome(out=out, document=document, findings=measured.findings)
+
+
+def measure_study(path: Path, *, options: Options, progress: Progress | None = None) -> MeasuredShading:
+    """Fit the shading of every flat burst of a study, as `characterize` does.
+
+    Raises
+    ------
+    UsageError
+        Where there are no flats, or none can be fitted.
+
+    """
+    study = load_study(path, options.selection)
+    series = tuple(one for one in study.series if one.kind in MEASURED_KINDS)
+    if not any(one.kind is Kind.FLAT for one in series):
+        raise UsageError(f"{path} holds no flat frames; shading is fitted to frames of an evenly lit field (flat).")
+    measured = replace(study, series=series)
+    with tempfile.TemporaryDirectory(prefix="sums-", ignore_cleanup_errors=True) as scratch:
+        reduction = reduce_without_copies(
+            measured,
+            workers=options.workers,
+            tile=options.tile or default_tile(study),
+            progress=progress,
+            keep=MEASURED_KINDS,
+            scratch=Path(scratch),
+        )
+        groups = group_by_iso(measured, reduction.statistics, reduction.sums)
+        isos = [measure_iso(study, group, workers=options.workers) for group in groups if group.flats]
+        bursts = tuple(one for iso in isos for one in iso.shadings)
+        own = [(one.bursts, replace(one.section, findings=_concerned(one.section.findings))) for one in isos]
+        findings = (*study.findings, *reduction.findings, *over_isos(own))
+    if not bursts:
+        reasons = "; ".join(one.message for one in findings if one.code == "shading-not-measured")
+        raise UsageError(f"The shading of {path} cannot be fitted. {reasons or 'No flat burst could be read.'}")
+    return MeasuredShading(study=study, bursts=bursts, findings=findings)
+
+
+def coefficients_csv(bursts: Sequence[BurstShading]) -> str:
+    """Return a table with every coefficient of every model: value and standard error."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for burst in bursts:
+        where = ("" if burst.iso is None else f"{burst.iso:g}", f"{burst.burst.exposure_s:.12g}")
+        for one in burst.channels:
+            for model in one.fits.models.values():
+                chosen = "yes" if model.name == one.fits.chosen else "no"
+                writer.writerows((*where, one.channel, model.name, chosen, *line) for line in _coefficients(model))
+    return text.getvalue()
+
+
+def _coefficients(model: ShadingModel) -> Iterator[tuple[str, str, str]]:
+    """Return name, value and standard error of each parameter."""
+    for index, (name, value) in enumerate(zip(model.parameter_names, model.values, strict=True)):
+        yield name, f"{value:.12g}", f"{math.sqrt(max(model.covariance[index, index], 0.0)):.6g}"
+
+
+def _concerned(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    return tuple(one for one in findings if any(word in one.code for word in _CONCERNED))
+
+
+def _said(study: Study, burst: BurstShading) -> Mapping[str, object]:
+    return {
+        "map": f"{MAPS}/{shading_file(study, burst).stem}.npz",
+        "iso": burst.iso,
+        "exposure_s": burst.burst.exposure_s,
+        "frames": burst.burst.frames,
+        "channels": [_channel(one) for one in burst.channels],
+    }
+
+
+def _channel(one: ChannelShading) -> Mapping[str, object]:
+    return {
+        "channel": one.channel,
+        "chosen": one.fits.chosen,
+        "black_level_dn": one.black_dn,
+        "maximum_dn": one.fits.best.maximum_dn,
+        "centre": {"row": one.fits.best.centre[0], "column": one.fits.best.centre[1], "unit": "pixel of the plane"},
+        "models": [_model(model, one) for model in one.fits.models.values()],
+    }
+
+
+def _model(model: ShadingModel, one: ChannelShading) -> Mapping[str, object]:
+    extent = corner_and_edges(model)
+    return {
+        "model": model.name,
+        "terms": model.effective_terms,
+        "cross_validation": model.gcv,
+        "cross_validation_error": model.gcv_error,
+        "misfit": model.misfit,
+        "corner": _number(extent.corner),
+        "edge_x": _number(extent.edge_x),
+        "edge_y": _number(extent.edge_y),
+        "residual_rms": _number(residual_rms(model, one.data)),
+    }
+
+
+def _number(measured: Measured) -> Mapping[str, object]:
+    return {"value": measured.value, "std_error": measured.std_error, "ci95": measured.ci95, "unit": measured.unit}

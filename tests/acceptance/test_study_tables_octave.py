@@ -327,3 +327,14 @@ def test_figures_are_those_of_the_tables(
         tiles = [figure.value for figure in figures if figure.region is None]
         np.testing.assert_allclose(crop, over_crop(own), rtol=TOLERANCE)
         np.testing.assert_allclose(tiles, np.median(own[over_tiles], axis=0), rtol=TOLERANCE)
+
+
+def test_the_command_line_writes_the_same_tables(
+    small: Comparison, characterize: Callable[..., tuple[int, dict]], tmp_path: Path
+) -> None:
+    status, _ = characterize(small.folder.parent / "study", tmp_path / "out", "--camera", "pixel-4a")
+    assert status == 0
+    written = tmp_path / "out" / "tables"
+    names = {str(path.relative_to(small.folder)) for path in small.folder.rglob("*.csv")}
+    assert {str(path.relative_to(written)) for path in written.rglob("*.csv")} == names
+    assert [name for name in sorted(names) if (written / name).read_bytes() != (small.folder / name).read_bytes()] == []

@@ -288,6 +288,11 @@ def test_mono_has_one_dark_line() -> None:
     assert [line.channel for line in study_dark_lines(bursts, iso=None, cfa=MONO, every_frame=True)] == [MONO]
 
 
+@pytest.mark.parametrize(("bit_depth", "white", "bits"), [(10, 1023.0, 10), (16, 1023.0, 10), (14, 15520.0, 14)])
+def test_the_container_does_not_count_as_bits(bit_depth: int, white: float, bits: int) -> None:
+    assert VoltScale(swing_v=0.459, bit_depth=bit_depth, white_level=white).code_bits == bits
+
+
 def test_volts_as_published() -> None:
     """METHOD 3.2: .4591 / 1024 for read noise, .459 / 1023 elsewhere; METHOD 5.3: 1e-4 taken for DN is 4.5e-8 V."""
     volts = VoltScale(swing_v=0.45907, bit_depth=10, white_level=1023.0)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fullwell.fit.legacy_lines import ReadNoiseRepeats, StudyDarkLine, VoltScale
 from fullwell.fit.legacy_map import Poly22
 from fullwell.fit.legacy_study import ChannelResponse, StudyResponse
-from fullwell.raw.cfa import ALL, MONO
+from fullwell.raw.cfa import ALL, MONO, channel_rank
 
 COEFFICIENTS: Final = "shading_coefficients.csv"
 READ_NOISE: Final = "read_noise.csv"
@@ -169,7 +169,7 @@ _DARK_COLUMNS: Final = ("iso", "channel", "slope_dn_per_s", "intercept_dn", "slo
 
 
 def _coefficient_rows(coefficients: Iterable[ShadingCoefficients]) -> Iterable[tuple[str, ...]]:
-    for one in coefficients:
+    for one in sorted(coefficients, key=lambda row: (row.iso or 0.0, row.exposure_s, channel_rank(row.channel))):
         terms = (_number(value) for value in one.surface.coefficients)
         yield (_number(one.iso), _number(one.exposure_s), one.channel, *terms)
 

@@ -72,8 +72,8 @@ def apply_shading(
 
     """
     started = now_s()
-    files = scene_files(scenes)
     maps = saved_maps(shading)
+    files = scene_files(scenes)
     with shading_folder(out, shading, *files) as folder:
         found, excluded = read_scenes(files, options.selection)
         if progress is not None:

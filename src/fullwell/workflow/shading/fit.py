@@ -1,10 +1,7 @@
 """``fullwell shading fit``: a map per flat burst, and every model's coefficients with their errors."""
 
-import csv
-import io
-import math
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -26,6 +23,7 @@ from fullwell.workflow.measure.iso import measure_iso
 from fullwell.workflow.measure.section import over_isos
 from fullwell.workflow.measure.shading import BurstShading, ChannelShading
 from fullwell.workflow.options import Options
+from fullwell.workflow.shading.coefficients import coefficients_csv
 from fullwell.workflow.shading.folder import (
     ShadingOutcome,
     check_shading_target,
@@ -36,9 +34,8 @@ from fullwell.workflow.shading.folder import (
 
 COEFFICIENTS: Final = "coefficients.csv"
 MAPS: Final = "maps"
-_COLUMNS: Final = ("iso", "exposure_s", "channel", "model", "chosen", "parameter", "value", "std_error")
-_CONCERNED: Final = ("shading", "saturat", "clip", "frame", "series", "exposure", "cfa", "black-level")
-"""Words in the codes of findings that matter to shading, whatever their severity."""
+_CONCERNED: Final = ("black-clipped", "black-level-unknown", "black-levels-disagree", "drift", "flats-saturated")
+"""Findings about an ISO, beside those on shading itself, that tell what a map is worth."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,28 +133,8 @@ def measure_study(path: Path, *, options: Options, progress: Progress | None = N
     return MeasuredShading(study=study, bursts=bursts, findings=findings)
 
 
-def coefficients_csv(bursts: Sequence[BurstShading]) -> str:
-    """Return a table with every coefficient of every model: value and standard error."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
-    for burst in bursts:
-        where = ("" if burst.iso is None else f"{burst.iso:g}", f"{burst.burst.exposure_s:.12g}")
-        for one in burst.channels:
-            for model in one.fits.models.values():
-                chosen = "yes" if model.name == one.fits.chosen else "no"
-                writer.writerows((*where, one.channel, model.name, chosen, *line) for line in _coefficients(model))
-    return text.getvalue()
-
-
-def _coefficients(model: ShadingModel) -> Iterator[tuple[str, str, str]]:
-    """Return name, value and standard error of each parameter."""
-    for index, (name, value) in enumerate(zip(model.parameter_names, model.values, strict=True)):
-        yield name, f"{value:.12g}", f"{math.sqrt(max(model.covariance[index, index], 0.0)):.6g}"
-
-
 def _concerned(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    return tuple(one for one in findings if any(word in one.code for word in _CONCERNED))
+    return tuple(one for one in findings if one.code.startswith("shading-") or one.code in _CONCERNED)
 
 
 def _said(study: Study, burst: BurstShading) -> Mapping[str, object]:

@@ -234,12 +234,17 @@ def dark_tiles(tiles: TileStatistics, mean_squares: MeanSquares, shape: tuple[in
 def _smooth(
     variance: NDArray[np.float64], dof: NDArray[np.float64], level: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return noise as a line along the level, as in photon transfer, and the share of it that grows with the level."""
+    """Return noise as a line along the level, as in photon transfer, and the share of it that grows with the level.
+
+    Where all tiles have one level, all of the noise is taken to grow with it: that of a lit map is shot noise mostly.
+    """
     weights = np.minimum(dof, 1e12)
     weights = weights / weights.sum()
     mean, middle = float(weights @ variance), float(weights @ level)
     spread = float(weights @ (level - middle) ** 2)
-    slope = float(weights @ ((level - middle) * (variance - mean))) / spread if spread > 1e-12 * middle**2 else 0.0
+    if spread <= 1e-12 * middle**2:
+        return np.full(level.shape, max(mean, 0.0)), np.ones(level.shape)
+    slope = float(weights @ ((level - middle) * (variance - mean))) / spread
     smooth = np.maximum(mean + slope * (level - middle), _LEAST_FLOOR * max(mean, 0.0))
     share = np.divide(slope * level, smooth, out=np.zeros_like(smooth), where=smooth > 0.0)
     return smooth, np.clip(share, 0.0, 1.0)

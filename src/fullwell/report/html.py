@@ -12,7 +12,8 @@ from fullwell import glossary
 from fullwell.figures.results import Results, Row
 from fullwell.findings import Finding, Severity
 from fullwell.raw.cfa import channel_rank
-from fullwell.report.comparison import comparisons
+from fullwell.report.chosen_models import chosen_models
+from fullwell.report.comparison import published_beside
 from fullwell.report.document import citations
 from fullwell.report.inventory import run_date, run_facts, take_inventory
 from fullwell.report.material import isos_of
@@ -59,7 +60,7 @@ def report_html(results: Results, pictures: Pictures | None) -> str:
         counts=[(severity.value, _count(results.findings, severity)) for severity in Severity],
         summary=summarize(quotable),
         sections=build_sections(results, pictures),
-        comparisons=comparisons(results.rows),
+        published=published_beside(results.rows, chosen_models(results.curves, pictures.shading if pictures else ())),
         rows=[_row(row) for row in shown],
         rows_omitted=len(results.rows) - len(shown),
         quantities=_quantities(results.rows),

@@ -1,22 +1,24 @@
 """The chapter on lens shading: how much light the lens brings to each place of the sensor."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
-from fullwell import glossary
 from fullwell.figures.results import Row
 from fullwell.raw.cfa import channel_rank
 from fullwell.report import plots_lens
+from fullwell.report.chosen_models import chosen_models
+from fullwell.report.comparison import LEGACY
 from fullwell.report.material import Material, Part, Section, Tab, drawn, parts_shown
 from fullwell.report.numbers import MISSING, show, show_exposure, show_iso
 from fullwell.report.pictures import ShadingPicture
 from fullwell.report.pivots import Cell, Line, Note, Pivot, title_of, tooltip
 
 _FIGURES: Final = ("shading_corner", "shading_edge_x", "shading_edge_y", "shading_residual_rms")
-_CHOSEN: Final = "chosen"
+_MODELS: Final = "cos4-fixed cos4 radial poly22 poly44 poly66 poly88 p-spline"
+"""In the order of the table."""
+
 _MARK: Final = "✓"
 _ENOUGH: Final = 0.75
 """Share of the points that must be measured for a burst to stand for its ISO."""
@@ -95,7 +97,7 @@ def _label(plane: ShadingPicture) -> str:
 def _models(material: Material, shown: Sequence[Sequence[ShadingPicture]]) -> Part:
     """Return the figures of every model: those of the bursts shown, else of the longest exposure of each ISO."""
     rows = [row for row in material.results.rows if row.quantity in _FIGURES and row.region is None]
-    chosen = {(plane.iso, plane.exposure_s, plane.channel): plane.model for planes in shown for plane in planes}
+    chosen = chosen_models(material.results.curves, material.pictures.shading)
     longest: dict[float | None, float] = {}
     for row in rows:
         longest[row.iso] = max(longest.get(row.iso, 0.0), row.exposure_s or 0.0)
@@ -103,8 +105,8 @@ def _models(material: Material, shown: Sequence[Sequence[ShadingPicture]]) -> Pa
     tabs: list[Tab] = []
     for iso in sorted(longest, key=lambda iso: -1.0 if iso is None else iso):
         mine = [row for row in rows if row.iso == iso and (row.exposure_s or 0.0) == longest[iso]]
-        mine = [_marked(row, chosen.get((row.iso, row.exposure_s or 0.0, row.channel))) for row in mine]
-        made = tuple(table for quantity in _FIGURES if (table := _model_table(mine, quantity)))
+        best = {row.channel: chosen.get((row.iso, row.exposure_s or 0.0, row.channel), "") for row in mine}
+        made = tuple(table for quantity in _FIGURES if (table := _model_table(mine, quantity, best)))
         if made:
             tabs.append(Tab(label=f"{show_iso(iso)}, {show_exposure(longest[iso])}", pivots=made))
     return Part(
@@ -119,19 +121,14 @@ def _models(material: Material, shown: Sequence[Sequence[ShadingPicture]]) -> Pa
     )
 
 
-def _marked(row: Row, model: str | None) -> Row:
-    """Return a row with the flag of the chosen model where the picture names it."""
-    return replace(row, flags=tuple(sorted({*row.flags, _CHOSEN}))) if row.method == model else row
-
-
-def _model_table(rows: Sequence[Row], quantity: str) -> Pivot | None:
+def _model_table(rows: Sequence[Row], quantity: str, chosen: Mapping[str, str]) -> Pivot | None:
+    """Return one figure of every model and channel, the chosen model of each channel marked."""
     mine = [row for row in rows if row.quantity == quantity]
     if not mine:
         return None
     channels = tuple(sorted({row.channel for row in mine}, key=channel_rank))
-    models = list(dict.fromkeys(row.method for row in mine))
-    models.sort(key=lambda model: model.startswith("legacy-"))
-    cells = {(row.method, row.channel): _cell(row) for row in mine}
+    models = sorted({row.method for row in mine}, key=lambda name: (name.startswith(LEGACY), _MODELS.find(name), name))
+    cells = {(row.method, row.channel): _cell(row, best=chosen[row.channel] == row.method) for row in mine}
     any_chosen = any(cell.marks for cell in cells.values())
     note = Note(mark=_MARK, text="the model chosen for this plane: the smallest within one standard error of the best")
     return Pivot(
@@ -147,8 +144,7 @@ def _model_table(rows: Sequence[Row], quantity: str) -> Pivot | None:
     )
 
 
-def _cell(row: Row) -> Cell:
-    best = _CHOSEN in row.flags or glossary.RECOMMENDED in row.flags
+def _cell(row: Row, *, best: bool) -> Cell:
     return Cell(text=show(row.measured, row.flags), title=tooltip(row), marks=_MARK if best else "")
 
 

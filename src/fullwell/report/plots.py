@@ -111,6 +111,12 @@ def canvas(rows: int, columns: int, *, height_in: float) -> tuple[Figure, list[A
     return figure, [one for line in axes for one in line]
 
 
+def sheet(height_in: float) -> Figure:
+    """Return an empty figure as wide as the page, to be laid out by hand: axes in space tell no size of their own."""
+    with mpl.rc_context({"figure.constrained_layout.use": False}):
+        return Figure(figsize=(WIDTH_IN, height_in))
+
+
 def grid_of(count: int, *, panel_height_in: float, columns: int | None = None) -> tuple[Figure, list[Axes]]:
     """Return a figure with ``count`` panels, three in a row if not told; what is left over stays empty."""
     columns = columns or min(count, 3)
@@ -265,9 +271,8 @@ def pixel_picture(figure: Figure, *, alt: str, caption: str, colors: int = 128) 
     _settle(figure)
     drawing = FigureCanvasAgg(figure)
     drawing.draw()
-    width, height = drawing.get_width_height()
     packed = io.BytesIO()
-    picture = Image.frombuffer("RGBA", (width, height), drawing.buffer_rgba(), "raw", "RGBA", 0, 1).convert("RGB")
+    picture = Image.fromarray(np.asarray(drawing.buffer_rgba())).convert("RGB")
     picture.quantize(colors=colors, dither=Image.Dither.NONE).save(packed, format="PNG")
     encoded = base64.b64encode(packed.getvalue()).decode("ascii")
     return Picture(uri=f"data:image/png;base64,{encoded}", alt=alt, caption=caption)

@@ -15,7 +15,6 @@ from fullwell.report.pictures import ShadingDifferencePicture, ShadingPicture
 from fullwell.report.plots import (
     INK,
     QUIET,
-    WIDTH_IN,
     Picture,
     channel_legend,
     color_of,
@@ -23,6 +22,7 @@ from fullwell.report.plots import (
     iso_title,
     key,
     pixel_picture,
+    sheet,
     vector_picture,
 )
 from fullwell.report.plots_surface import (
@@ -43,7 +43,7 @@ def shading_surfaces(planes: Sequence[ShadingPicture]) -> Picture:
     planes = _ordered(planes)
     count = len(planes)
     height = 1.85 * count + 0.85
-    figure = _figure(height)
+    figure = sheet(height)
     grid = figure.add_gridspec(
         count, 4, left=0.035, right=0.985, top=1.0 - 0.3 / height, bottom=0.55 / height, wspace=0.12, hspace=0.04
     )
@@ -92,7 +92,7 @@ def shading_surfaces(planes: Sequence[ShadingPicture]) -> Picture:
 def stacked_maps(bursts: Sequence[Sequence[ShadingPicture]]) -> Picture:
     """Draw the normalized surfaces of all planes together in one space, and over their mean; a line per burst."""
     height = 3.1 * len(bursts) + 0.35
-    figure = _figure(height)
+    figure = sheet(height)
     grid = figure.add_gridspec(
         len(bursts), 2, left=0.06, right=0.94, top=1.0 - 0.5 / height, bottom=0.1 / height, wspace=0.1, hspace=0.16
     )
@@ -124,7 +124,7 @@ def cosine_fourth(planes: Sequence[ShadingPicture]) -> Picture | None:
         return None
     leading = leading_channel(plane.channel for plane in planes)
     lead = next(plane for plane in planes if plane.channel == leading)
-    figure = _figure(5.3)
+    figure = sheet(5.3)
     grid = figure.add_gridspec(
         2, 3, left=0.03, right=0.96, top=0.9, bottom=0.03, wspace=0.14, hspace=0.06, height_ratios=(1.0, 1.25)
     )
@@ -167,7 +167,7 @@ def published_map(planes: Sequence[ShadingPicture]) -> Picture | None:
     if not planes:
         return None
     apart = [_PERCENT * (np.asarray(plane.legacy) / plane.normalized - 1.0) for plane in planes]
-    figure = _figure(2.75)
+    figure = sheet(2.75)
     panels = [figure.add_subplot(1, max(len(planes), 3), index + 1) for index in range(len(planes))]
     figure.subplots_adjust(left=0.01, right=0.99, top=0.9, bottom=0.22, wspace=0.06)
     limit = symmetric_limit(*apart, share=99.5, least=0.01)
@@ -202,7 +202,7 @@ def difference_grid(
     values = {id(one): _PERCENT * one.difference if relative else one.over_error for one in pictures}
     limit = symmetric_limit(*values.values(), least=0.01) if relative else max(3.0, symmetric_limit(*values.values()))
     height = 1.27 * len(isos) + 0.85
-    figure = _figure(height)
+    figure = sheet(height)
     across = max(columns, 3)
     panels = figure.subplots(len(isos), across, squeeze=False)
     figure.subplots_adjust(
@@ -269,13 +269,6 @@ def _grid_caption(base: str, *, relative: bool) -> str:
         f"The same differences to {base} over their standard error. Within ±3 there is nothing but noise, however the "
         "per cent beside it look; structure beyond is real."
     )
-
-
-def _figure(height_in: float) -> Figure:
-    """Return a figure that is laid out by hand: axes in space have no room of their own to reckon with."""
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    figure.set_layout_engine("none")
-    return figure
 
 
 def _ordered(planes: Sequence[ShadingPicture]) -> list[ShadingPicture]:

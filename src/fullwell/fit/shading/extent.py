@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import hadamard
 
 from fullwell.fit.shading.data import ShadingData
 from fullwell.fit.shading.surface import ShadingModel
@@ -11,11 +13,13 @@ from fullwell.model.shading import CosineSurface, RadialSurface
 from fullwell.units import ONE, Measured
 
 PIXEL: Final = "pixel"
+_GRID: Final = (13, 17)
+"""Rows and columns where a maximum is looked for; with the maximum itself fewer than 256."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CornerAndEdges:
-    """Relative illumination, 1 at the maximum of the surface [1].
+    """Relative illumination, 1 at the maximum of the surface [1]; ``cos4-fixed`` was not measured: without errors.
 
     Parameters
     ----------
@@ -54,6 +58,9 @@ class OpticalAxis:
 def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAndEdges:
     """Return corner and edges of a surface; their errors count that of the maximum and all covariances.
 
+    The maximum of a surface that hardly shades is partly that of its noise: what it is too high by is taken off, and
+    counts as an error too.
+
     Parameters
     ----------
     model
@@ -62,20 +69,48 @@ def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAn
         Errors by temporal noise alone, for comparisons of bursts of one sensor.
 
     """
-    last_row, last_column = (size - 1.0 for size in model.plane_shape)
-    row = np.array([0.0, 0.0, last_row, last_row, *[last_row / 2.0] * 2, 0.0, last_row, model.centre[0]])
-    column = np.array([0.0, last_column, 0.0, last_column, 0.0, last_column, *[last_column / 2.0] * 2, model.centre[1]])
+    row, column = _places(model)
     value, covariance = model.surface_and_covariance(row, column, temporal=temporal)
+    excess = _excess_of_maximum(model)
+    top = value[-1] - excess
 
     def share(places: slice) -> Measured:
-        ratio = float(value[places].mean() / value[-1])
+        ratio = float(value[places].mean() / top)
+        if model.name == "cos4-fixed":
+            return Measured.exact(ratio, ONE)
         slope = np.zeros(value.size)
         slope[places] = 1.0 / value[places].size
         slope[-1] = -ratio
-        slope /= value[-1]
-        return Measured.normal(ratio, float(np.sqrt(max(slope @ covariance @ slope, 0.0))), ONE)
+        variance = (float(slope @ covariance @ slope) + (ratio * excess) ** 2) / top**2
+        return Measured.normal(ratio, float(np.sqrt(max(variance, 0.0))), ONE)
 
     return CornerAndEdges(corner=share(slice(0, 4)), edge_x=share(slice(4, 6)), edge_y=share(slice(6, 8)))
+
+
+def _places(model: ShadingModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return rows and columns of four corners, two edges in x, two in y, and the maximum [pixel]."""
+    bottom, right = (size - 1.0 for size in model.plane_shape)
+    middle_row, middle_column = bottom / 2.0, right / 2.0
+    row = [0.0, 0.0, bottom, bottom, middle_row, middle_row, 0.0, bottom, model.centre[0]]
+    column = [0.0, right, 0.0, right, 0.0, right, middle_column, middle_column, model.centre[1]]
+    return np.array(row), np.array(column)
+
+
+def _excess_of_maximum(model: ShadingModel) -> float:
+    """Return how much higher the maximum of the surface is than of its expectation, on average [DN].
+
+    Estimated as the mean excess that the surface's own errors would add to it: the parameters move along all axes of
+    their errors at once, in patterns of signs that are balanced and orthogonal (a Hadamard matrix), on a grid.
+    """
+    rows, columns = (np.linspace(0.0, size - 1.0, count) for size, count in zip(model.plane_shape, _GRID, strict=True))
+    row = np.append(np.repeat(rows, columns.size), model.centre[0])
+    column = np.append(np.tile(columns, rows.size), model.centre[1])
+    value, covariance = model.surface_and_covariance(row, column)
+    variance, axes = np.linalg.eigh(covariance)
+    kept = variance > 1e-9 * variance[-1]
+    moves = (axes[:, kept] * np.sqrt(variance[kept])) @ hadamard(256)[1 : 1 + np.count_nonzero(kept)]
+    moved = value[:, None] + moves
+    return float(np.mean(np.max(moved - moved[-1], axis=0)))
 
 
 def residual_rms(model: ShadingModel, data: ShadingData) -> Measured:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fullwell.fit.shading.solution import Solution, at_minimum
 from fullwell.fit.shading.weighting import FloatArray, WeightedBins, symmetric_inverse
-from fullwell.model.shading import CosineSurface, RadialSurface
+from fullwell.model.shading import RADIAL_POWERS, CosineSurface, RadialSurface
 
 _STEPS: Final = 60
 _NEGLIGIBLE: Final = 1e-4
@@ -62,8 +62,8 @@ class SeparableRadial(RadialSurface):
 
     @property
     def linear(self) -> int:
-        """Six."""
-        return 6
+        """As many as even powers of the radius, the zeroth included."""
+        return self.powers + 1
 
     def allowed(self, parameters: FloatArray) -> bool:
         """Whether the centre lies no further outside the plane than the plane is large."""
@@ -85,8 +85,15 @@ def fit_cosine(bins: WeightedBins) -> Solution:
     return at_minimum(surface, project(surface, bins, np.zeros(3)), bins)
 
 
-def fit_radial(bins: WeightedBins) -> Solution:
-    """Return even powers of the radius to the tenth, times a tilted plane, about a free centre.
+def fit_radial(bins: WeightedBins, *, powers: int = RADIAL_POWERS) -> Solution:
+    """Return even powers of the radius times a tilted plane, about a free centre.
+
+    Parameters
+    ----------
+    bins
+        Of the plane.
+    powers
+        Even powers above the zeroth.
 
     Raises
     ------
@@ -94,7 +101,7 @@ def fit_radial(bins: WeightedBins) -> Solution:
         Where there are not more bins than terms, or no minimum is found.
 
     """
-    surface = SeparableRadial(plane=bins.plane)
+    surface = SeparableRadial(plane=bins.plane, powers=powers)
     start = np.array([0.0, 0.0, *_likely_centre(bins)])
     return at_minimum(surface, project(surface, bins, start), bins)
 

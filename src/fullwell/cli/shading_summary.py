@@ -1,6 +1,7 @@
 """What people read after ``fullwell shading``: findings, a short table, and where the files are."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import PurePath
 from typing import Final, cast
 
 from rich.console import Console
@@ -23,14 +24,13 @@ def print_shading(console: Console, outcome: ShadingOutcome) -> None:
 
 
 def _print_fit(console: Console, said: _Said) -> None:
-    table = plain_table(">ISO", ">exposure", "channel", "model", ">corner", ">edge x", ">edge y", ">residual rms")
+    title = "Light that reaches corners and edges, relative to the maximum"
+    table = plain_table(">ISO", ">exposure", "channel", "model", ">corner", ">edge x", ">edge y", title=title)
     for burst in _list(said["bursts"]):
         for channel in _list(burst["channels"]):
             chosen = next(model for model in _list(channel["models"]) if model["model"] == channel["chosen"])
             extent = (_share(chosen[name]) for name in ("corner", "edge_x", "edge_y"))
-            table.add_row(
-                *_burst(burst), str(channel["channel"]), str(channel["chosen"]), *extent, _share(chosen["residual_rms"])
-            )
+            table.add_row(*_burst(burst), str(channel["channel"]), str(channel["chosen"]), *extent)
     console.print(table)
 
 
@@ -57,7 +57,7 @@ def _print_scenes(console: Console, said: _Said) -> None:
     for scene in _list(said["scenes"]):
         rows, columns = cast("Sequence[int]", scene["colours_shifted"])
         table.add_row(
-            escape(str(scene["scene"])),
+            escape(PurePath(str(scene["scene"])).name),
             str(scene["cfa"]),
             str(cast("_Said", scene["map"])["name"]),
             f"{scene['turned_right_degrees']}°",

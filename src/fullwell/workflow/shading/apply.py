@@ -1,7 +1,6 @@
 """``fullwell shading apply``: scenes without their shading, as raw files and as pictures to look at."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -16,7 +15,7 @@ from fullwell.raw.rewriting import copy_with_gain_maps
 from fullwell.raw.write import DngExtras, write_dng
 from fullwell.render.picture import STYLES, picture, write_png
 from fullwell.render.tone import grey_world, relative
-from fullwell.workflow.executor import Progress
+from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.maps import ShadingMapFile
 from fullwell.workflow.options import Options
 from fullwell.workflow.shading.correction import Corrected, corrected, gain_maps
@@ -85,8 +84,7 @@ def apply_shading(
                 progress.advance()
             return done
 
-        with ThreadPoolExecutor(max(1, min(options.workers, _MOST_AT_ONCE))) as pool:
-            outcomes = list(pool.map(work, found))
+        outcomes = in_threads(work, found, workers=min(options.workers, _MOST_AT_ONCE))
         findings = (*map(_excluded, excluded), *(one for done in outcomes for one in done.findings))
         said = [done.said for done in outcomes if done.said is not None]
         if not said:

@@ -14,7 +14,7 @@ from fullwell.errors import UsageError
 from fullwell.findings import Finding
 from fullwell.fit.shading.comparison import ShadingDifference, compare_shading
 from fullwell.report.pictures import ShadingDifferencePicture
-from fullwell.workflow.executor import Progress
+from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.iso_maps import shading_file
 from fullwell.workflow.maps import NamedArray, ShadingMapFile, save_pixel_maps
 from fullwell.workflow.options import Options
@@ -76,7 +76,11 @@ def compare_maps(
     maps, findings = _gathered(paths, options=options, progress=progress)
     if len(maps) < 2:
         raise UsageError("There is only one shading map to compare; give a second one, or flats of another exposure.")
-    differences = [_compared(maps[0], other, same_sensor=same_sensor) for other in maps[1:]]
+
+    def compare(other: ShadingMapFile) -> MapDifference:
+        return _compared(maps[0], other, same_sensor=same_sensor)
+
+    differences = in_threads(compare, maps[1:], workers=options.workers)
     with shading_folder(out, *paths) as folder:
         (folder / TABLE).write_text(_table(differences), encoding="utf-8", newline="\n")
         (folder / "maps").mkdir()

@@ -11,7 +11,7 @@ from PIL import Image, ImageOps
 
 from fullwell.raw.cfa import BAYER, MONO
 from fullwell.render.demosaic import demosaic
-from fullwell.render.picture import STYLES, picture, reduced, upright, write_png
+from fullwell.render.picture import STYLES, developed, picture, reduced, upright, write_png
 from fullwell.render.tone import grey_world, relative, srgb_curve, white_balanced
 
 EPSILON = float(np.finfo(np.float32).eps)
@@ -143,7 +143,7 @@ def test_a_large_picture_shrinks_to_the_means_of_squares() -> None:
 def test_a_picture_reaches_its_file(tmp_path: Path, style: str) -> None:
     light = np.full((6, 8), 0.18, dtype=np.float32)
     light[1::2, 1::2] = 0.09  # a blue pixel sees half of it
-    shown = picture(light, cfa="RGGB", style=style, neutral=(1.0, 1.0, 0.5), orientation=6)
+    shown = picture(developed(light, cfa="RGGB"), style=style, neutral=(1.0, 1.0, 0.5), orientation=6)
     path = tmp_path / "picture.png"
     write_png(path, shown)
     with Image.open(path) as opened:

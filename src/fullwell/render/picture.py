@@ -23,8 +23,8 @@ _TURNS: Final = {1: 0, 2: 0, 3: 2, 4: 2, 5: 3, 6: 3, 7: 1, 8: 1}
 _MIRRORED: Final = (2, 4, 5, 7)
 
 
-def picture(light: FloatImage, *, cfa: str, style: Style, neutral: Sequence[float], orientation: int = 1) -> FloatImage:
-    """Return a mosaic as it is looked at.
+def developed(light: FloatImage, *, cfa: str) -> FloatImage:
+    """Return a mosaic with all colours at every pixel, still linear.
 
     Parameters
     ----------
@@ -32,6 +32,23 @@ def picture(light: FloatImage, *, cfa: str, style: Style, neutral: Sequence[floa
         Mosaic from black 0 to white 1, shape (height, width).
     cfa
         Order at the top-left pixel, or ``mono``.
+
+    Returns
+    -------
+    ndarray
+        Shape (height, width, 3), no side longer than `LONGEST_SIDE`.
+
+    """
+    return reduced(demosaic(light, cfa=cfa), longest=LONGEST_SIDE)
+
+
+def picture(rgb: FloatImage, *, style: Style, neutral: Sequence[float], orientation: int = 1) -> FloatImage:
+    """Return a linear picture as it is looked at.
+
+    Parameters
+    ----------
+    rgb
+        What `developed` returns.
     style
         One of `STYLES`.
     neutral
@@ -42,11 +59,11 @@ def picture(light: FloatImage, *, cfa: str, style: Style, neutral: Sequence[floa
     Returns
     -------
     ndarray
-        Display values from 0 to 1, upright, shape (height, width, 3), no side longer than `LONGEST_SIDE`.
+        Display values from 0 to 1, upright, of the same size.
 
     """
-    rgb = reduced(demosaic(light, cfa=cfa), longest=LONGEST_SIDE)
-    return upright(srgb_curve(white_balanced(rgb, neutral=neutral) if style == "srgb" else rgb), orientation)
+    balanced = white_balanced(rgb, neutral=neutral) if style == "srgb" else rgb
+    return upright(srgb_curve(balanced), orientation)
 
 
 def reduced(rgb: FloatImage, *, longest: int) -> FloatImage:

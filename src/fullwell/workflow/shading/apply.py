@@ -13,7 +13,7 @@ from fullwell.raw.image import Levels
 from fullwell.raw.open import decode
 from fullwell.raw.rewriting import copy_with_gain_maps
 from fullwell.raw.write import DngExtras, write_dng
-from fullwell.render.picture import STYLES, picture, write_png
+from fullwell.render.picture import STYLES, developed, picture, write_png
 from fullwell.render.tone import grey_world, relative
 from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.maps import ShadingMapFile
@@ -133,10 +133,10 @@ def _corrected(scene: Scene, shading: ShadingMapFile, folder: Path, *, quarters:
     after = relative(result.mosaic, cfa=scene.cfa, black_level=result.black_level, white_level=whites)
     neutral = _neutral(scene) or grey_world(after, cfa=scene.cfa)
     for moment, light in (("before", before), ("after", after)):
+        rgb = developed(light, cfa=scene.cfa)
         for style in STYLES:
             path = folder / f"{scene.name}_{moment}_{style}.png"
-            shown = picture(light, cfa=scene.cfa, style=style, neutral=neutral, orientation=header.orientation)
-            write_png(path, shown)
+            write_png(path, picture(rgb, style=style, neutral=neutral, orientation=header.orientation))
             files.append(path.name)
     return _Done(
         said=_said(scene, placement, black, result, files),

@@ -16,7 +16,7 @@ SMALL = {"width": 192, "height": 128, "isos": (100,)}
 
 def measured(folder: Path, truth: Truth, **plan: tuple[float, ...]) -> Results:
     write_study(folder, truth, seed=41, **plan)
-    return measure(folder, options=Options(workers=1))[0]
+    return measure(folder, options=Options(workers=1)).results
 
 
 def recommended(results: Results, quantity: str, unit: str, channel: str = "G1") -> Row:
@@ -97,7 +97,7 @@ def test_a_level_given_by_the_user_is_used_everywhere_and_contradicted(tmp_path:
     write_study(tmp_path / "study", truth, seed=41)
     options = Options(workers=1)
     given = replace(options, selection=replace(options.selection, black_level=(level,)))
-    results = measure(tmp_path / "study", options=given)[0]
+    results = measure(tmp_path / "study", options=given).results
     for channel in ("R", "G1", "G2", "B", "all"):
         row = recommended(results, "black_level", "DN", channel)
         assert row.measured.value == level

@@ -8,7 +8,7 @@ from fullwell.fit.nonuniformity import dark_nonuniformity, nonuniformity
 from fullwell.statistics.patch import patch_statistics
 from fullwell.statistics.pattern import pattern
 from fullwell.statistics.pixels import line_coefficients
-from fullwell.units import DN2, ONE, square_root
+from fullwell.units import DN2, ONE, Measured, square_root
 
 SETS = 400
 PRNU = 0.007
@@ -146,8 +146,8 @@ def test_noise_floor_is_that_of_the_combination():
         variances[:, None, None] * np.ones((3, 2, 2)),
         np.full((3, 2, 2), 50.0),
         frames=frames,
-        row_variances=[0.1, 0.2, 0.0],
-        column_variances=[0.0, 0.0, 0.5],
+        row_variances=[Measured.normal(value, 0.01, "DN^2") for value in (0.1, 0.2, 0.0)],
+        column_variances=[Measured.normal(value, 0.02, "DN^2") for value in (0.0, 0.0, 0.5)],
     )
     expected = (means @ combination).var(ddof=1)
     assert floor.variance.shape == floor.dof.shape == (2, 2)
@@ -156,3 +156,5 @@ def test_noise_floor_is_that_of_the_combination():
     assert floor.dof[1, 1] == pytest.approx(50.0 * parts.sum() ** 2 / np.sum(parts**2))
     assert floor.row == pytest.approx(0.25 * 0.1 / 4 + 4.0 * 0.2 / 9)
     assert floor.column == pytest.approx(2.25 * 0.5 / 16)
+    assert floor.row_error == pytest.approx(0.01 * np.linalg.norm(combination**2 / frames))
+    assert floor.column_error == pytest.approx(0.02 * np.linalg.norm(combination**2 / frames))

@@ -22,7 +22,7 @@ def test_codes_above_the_stated_bit_depth_are_named(tmp_path: Path, bit_depth: i
         mosaic[5, 7] = 256
         tifffile.imwrite(tmp_path / f"dark/exp1ms_{n}.tif", mosaic, photometric="minisblack", metadata=None)
     selection = Selection(cfa="mono", white_level=255.0, camera=Camera(bit_depth=bit_depth))
-    results, _groups = measure(tmp_path, options=Options(selection=selection, workers=1))
+    results = measure(tmp_path, options=Options(selection=selection, workers=1)).results
     found = [one for one in results.findings if one.code == "codes-above-bit-depth"]
     assert len(found) == warned
     for one in found:

@@ -56,7 +56,7 @@ def copy_some(folder: Path) -> None:
 
 def test_copies_are_left_out_as_if_they_had_never_been_there(folder: Path) -> None:
     copy_some(folder)
-    results, _groups = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=2))
+    results = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=2)).results
     excluded = {one["path"]: one["reason"] for one in results.study["excluded"]}  # type: ignore[attr-defined]
     assert excluded == {
         "flat/exp1000us_3.tif": "its content is that of flat/exp1000us_1.tif",
@@ -69,7 +69,7 @@ def test_copies_are_left_out_as_if_they_had_never_been_there(folder: Path) -> No
     assert "flat/exp1000us_3.tif (the same as flat/exp1000us_1.tif)" in finding.message
     for name in excluded:
         (folder / name).unlink()
-    clean, _groups = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=2))
+    clean = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=2)).results
     assert results.rows == clean.rows
     assert results.curves == clean.curves
 
@@ -99,9 +99,9 @@ def test_neither_threads_nor_the_order_of_files_matter(folder: Path, workers: in
 def test_a_series_of_nothing_but_copies_is_gone(folder: Path) -> None:
     for n in range(7):
         shutil.copy(folder / f"dark/exp1000us_{n}.tif", folder / f"flat/exp1000us_{n}.tif")
-    results, groups = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=1))
-    assert [burst.exposure_s for group in groups for burst in group.flats] == [0.002]
-    assert len(results.study["excluded"]) == 7  # type: ignore[arg-type]
+    measured = measure(folder, options=Options(selection=Selection(cfa="mono"), workers=1))
+    assert [burst.exposure_s for group in measured.groups for burst in group.flats] == [0.002]
+    assert len(measured.results.study["excluded"]) == 7  # type: ignore[arg-type]
 
 
 def test_damaged_copies_are_named_for_their_damage(folder: Path) -> None:
@@ -129,5 +129,5 @@ def test_frames_of_one_code_count_with_a_warning(folder: Path) -> None:
 def test_the_document_is_the_same_bytes_for_any_number_of_workers(folder: Path) -> None:
     copy_some(folder)
     options = [Options(selection=Selection(cfa="mono"), workers=workers) for workers in (1, 7)]
-    one, seven = (results_json(measure(folder, options=option)[0]) for option in options)
+    one, seven = (results_json(measure(folder, options=option).results) for option in options)
     assert one == seven

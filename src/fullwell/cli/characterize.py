@@ -16,6 +16,7 @@ from fullwell.cli.options import (
     Exposures,
     Isos,
     Json,
+    LegacyBlack,
     Only,
     Out,
     Quiet,
@@ -50,6 +51,7 @@ def characterize(
     black: Black = None,
     white: White = None,
     camera: CameraFacts = None,
+    legacy_black: LegacyBlack = "kept",
     workers: Workers = None,
     dry_run: DryRun = False,
     as_json: Json = False,
@@ -59,13 +61,18 @@ def characterize(
 ) -> None:
     """Measure a sensor."""
     with guarded(verbose=verbose):
-        from fullwell.cli.parsing import selection_from, tile_from  # noqa: PLC0415 - heavy, `--help` does not need it
+        from fullwell.cli.parsing import legacy_black_from, selection_from, tile_from  # noqa: PLC0415 - heavy, `--help` does not need it
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
         selection = selection_from(
             isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera, crop=crop
         )
-        options = Options(selection=selection, tile=tile_from(tile), workers=workers or os.cpu_count() or 1)
+        options = Options(
+            selection=selection,
+            tile=tile_from(tile),
+            workers=workers or os.cpu_count() or 1,
+            legacy_black_subtracted=legacy_black_from(legacy_black),
+        )
         if dry_run:
             findings = _show_plan(path, options, as_json=as_json)
         else:

@@ -64,6 +64,14 @@ CameraFacts = Annotated[
     str | None,
     typer.Option("--camera", metavar="NAME|FILE", help="Camera facts: pixel-4a, or a TOML file with a [camera] table."),
 ]
+LegacyBlack = Annotated[
+    str,
+    typer.Option(
+        "--legacy-black",
+        metavar="kept|subtracted",
+        help="Black level in the tables of the published study: kept, as published, or subtracted first.",
+    ),
+]
 Workers = Annotated[
     int | None,
     typer.Option("--workers", min=1, metavar="N", help="Threads; all cores by default. Results never differ."),

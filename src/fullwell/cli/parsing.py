@@ -57,6 +57,14 @@ def cfa_from(text: str) -> str:
     return known[text.casefold()]
 
 
+def legacy_black_from(text: str) -> bool:
+    """Return whether the published study's tables have the black level subtracted."""
+    known = {"kept": False, "subtracted": True}
+    if text.casefold() not in known:
+        raise UsageError(f"--legacy-black {text}: give kept (as published) or subtracted.")
+    return known[text.casefold()]
+
+
 def tile_from(value: int | None) -> int | None:
     """Return the edge of a tile as it was given [pixel of a plane]; None leaves it to the study."""
     if value is not None and not SMALLEST_TILE <= value <= LARGEST_TILE:

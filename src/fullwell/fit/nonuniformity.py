@@ -86,9 +86,9 @@ def nonuniformity(pattern: Pattern, floor: NoiseFloor, *, unit: str) -> Nonunifo
     alone = pixel._replace(value=pixel.value - within.value * lines, error=pixel.error * (1.0 - lines))
     return Nonuniformity(
         total=_sum_of([rows.part, columns.part, alone, *common], unit, less=rows.noise + columns.noise),
-        row=_sum_of([rows.part, within.times(-1.0 / rows.length)], unit, less=rows.noise),
-        column=_sum_of([columns.part, within.times(-1.0 / columns.length)], unit, less=columns.noise),
-        pixel=_sum_of([pixel, *common], unit),
+        row=_sum_of([rows.part, within.times(-1.0 / rows.length), rows.doubt], unit, less=rows.noise),
+        column=_sum_of([columns.part, within.times(-1.0 / columns.length), columns.doubt], unit, less=columns.noise),
+        pixel=_sum_of([pixel, rows.doubt, columns.doubt, *common], unit),
         repeat_error=_repeat_error(tiles, pooled, (rows, columns)),
         between_tiles_p=pooled.p_value,
         misfit=pooled.misfit,
@@ -182,12 +182,17 @@ class _Part(NamedTuple):
 
 
 class _Lines(NamedTuple):
-    """Rows or columns: mean square over a line's pixels, noise in it, noise in the line variance, pixels of a line."""
+    """Rows or columns: mean square over a line's pixels, noise in it, noise in the line variance, pixels of a line.
+
+    ``doubt`` is the error of the noise in the line variance; the total does not know it, since what lines lose to it
+    pixels gain.
+    """
 
     part: _Part
     floor: float
     noise: float
     length: float
+    doubt: _Part
 
 
 def _sum_of(parts: Sequence[_Part], unit: str, *, less: float = 0.0) -> Measured:
@@ -219,13 +224,14 @@ def _lines(pattern: Pattern, floor: NoiseFloor, tiles: Tiles) -> tuple[_Lines, _
     scale = float(share @ pattern.inverse_square[tiles.band, tiles.stripe])
     white = float(share @ tiles.floor)
 
-    def lines(mean_square: float, dof: int, length: float, noise: float) -> _Lines:
+    def lines(mean_square: float, dof: int, length: float, noise: tuple[float, float]) -> _Lines:
         part = _Part.of(mean_square, dof).times(1.0 / length)
-        return _Lines(part, white / length + noise * scale, noise * scale, length)
+        value, error = (one * scale for one in noise)
+        return _Lines(part, white / length + value, value, length, _Part(0.0, error, math.inf))
 
     return (
-        lines(pattern.row_mean_square, pattern.row_dof, pattern.columns, floor.row),
-        lines(pattern.column_mean_square, pattern.column_dof, pattern.rows, floor.column),
+        lines(pattern.row_mean_square, pattern.row_dof, pattern.columns, (floor.row, floor.row_error)),
+        lines(pattern.column_mean_square, pattern.column_dof, pattern.rows, (floor.column, floor.column_error)),
     )
 
 

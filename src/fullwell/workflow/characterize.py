@@ -1,33 +1,51 @@
 """The main verb: a folder of raw frames becomes a characterized sensor."""
 
+import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
+from fullwell.files import replaced_folder
 from fullwell.findings import Finding
 from fullwell.frames.series import Exclusion, Kind, Series, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
 from fullwell.raw.image import Levels
-from fullwell.report.write import check_target, write_results
+from fullwell.report.pictures import Pictures, ResponsePicture
+from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.executor import Progress
+from fullwell.workflow.iso_maps import write_iso_maps
 from fullwell.workflow.measure.against_iso import measure_against_iso
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
-from fullwell.workflow.measure.iso import measure_iso
+from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso
+from fullwell.workflow.measure.iso_constancy import IsoPattern, measure_iso_constancy
+from fullwell.workflow.measure.pattern_maps import IsoMaps
 from fullwell.workflow.measure.section import Section, joined, over_isos
+from fullwell.workflow.measure.shading_differences import measure_shading_differences
 from fullwell.workflow.options import Options
+from fullwell.workflow.pattern_pictures import difference_pictures, response_pictures, shading_pictures
 from fullwell.workflow.pictures import take_pictures
+from fullwell.workflow.published_study import measure_published_study
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
 
 LARGEST_TILE = 64
 SMALLEST_TILE = 8
 MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measurement:
+    """What a study came to, and what its report shows as pictures."""
+
+    results: Results
+    groups: tuple[IsoBursts, ...]
+    pictures: Pictures
 
 
 def characterize(path: Path, out: Path, *, options: Options, progress: Progress | None = None) -> Results:
@@ -58,10 +76,11 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     check_target(out)
     _refuse_to_replace(path, out)
     started = time.monotonic()
-    results, groups = measure(path, options=options, progress=progress)
-    run = run_facts(study=path, out=out, options=options, started=started)
-    results = replace(results, run=run)
-    write_results(results, out, pictures=take_pictures(groups))
+    with replaced_folder(out) as folder:
+        measurement = measure(path, options=options, progress=progress, folder=folder)
+        run = run_facts(study=path, out=out, options=options, started=started)
+        results = replace(measurement.results, run=run)
+        write_files(results, folder, pictures=measurement.pictures)
     return results
 
 
@@ -72,8 +91,19 @@ def _refuse_to_replace(path: Path, out: Path) -> None:
         raise UsageError(f"{out} holds the study {path}, and results would replace it; name another folder with -o")
 
 
-def measure(path: Path, *, options: Options, progress: Progress | None = None) -> tuple[Results, tuple[IsoBursts, ...]]:
-    """Measure a study without writing anything; the bursts come along for pictures."""
+def measure(
+    path: Path, *, options: Options, progress: Progress | None = None, folder: Path | None = None
+) -> Measurement:
+    """Measure a study.
+
+    Parameters
+    ----------
+    path, options, progress
+        As `characterize`.
+    folder
+        Where ``maps/`` and ``tables/`` are written; None writes neither, and takes no pictures.
+
+    """
     study = load_study(path, options.selection)
     measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
     if not measured.series:
@@ -82,12 +112,56 @@ def measure(path: Path, *, options: Options, progress: Progress | None = None) -
             "study.toml with `fullwell index`"
         )
     tile = options.tile or default_tile(study)
-    reduction = reduce_without_copies(measured, workers=options.workers, tile=tile, progress=progress)
-    groups = group_by_iso(measured, reduction.statistics)
-    sections = [measure_iso(study, group) for group in groups]
-    section = joined([*sections, measure_against_iso(study, groups, [row for one in sections for row in one.rows])])
-    section = replace(section, findings=over_isos(zip(groups, sections, strict=True)))
-    return _results(study, options, tile, reduction, section), groups
+    beside = None if folder is None else folder.parent
+    with tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch:
+        reduction = reduce_without_copies(
+            measured,
+            workers=options.workers,
+            tile=tile,
+            progress=progress,
+            keep=MEASURED_KINDS,
+            scratch=Path(scratch),
+        )
+        return _measured(study, measured, reduction, options=options, tile=tile, folder=folder)
+
+
+def _measured(
+    study: Study, measured: Study, reduction: Reduction, *, options: Options, tile: int, folder: Path | None
+) -> Measurement:
+    """Measure one ISO after the other, letting go of its maps; then what spans them."""
+    groups = group_by_iso(measured, reduction.statistics, reduction.sums)
+    isos: list[IsoMeasurement] = []
+    responses: list[ResponsePicture] = []
+    for group in groups:
+        one = measure_iso(study, group, workers=options.workers)
+        if folder is not None:
+            write_iso_maps(study, one, folder / "maps")
+            responses += response_pictures(study, one)
+        isos.append(replace(one, maps=IsoMaps(channels=(), mosaics={})))
+    rows = [row for one in isos for row in one.section.rows]
+    shadings = [shading for one in isos for shading in one.shadings]
+    differences_section, differences = measure_shading_differences(shadings, workers=options.workers)
+    published = measure_published_study(study, isos, options=options, folder=folder)
+    across = joined(
+        (
+            measure_against_iso(study, groups, rows),
+            measure_iso_constancy([IsoPattern(bursts=one.bursts, channels=one.patterns) for one in isos], rows),
+            differences_section,
+            published.section,
+        )
+    )
+    findings = (*over_isos((one.bursts, one.section) for one in isos), *across.findings)
+    section = replace(joined((*(one.section for one in isos), across)), findings=findings)
+    pictures = Pictures()
+    if folder is not None:
+        pictures = replace(
+            take_pictures(groups),
+            shading=tuple(one for iso in isos for one in shading_pictures(iso.shadings, published.surfaces)),
+            shading_differences=difference_pictures(differences),
+            responses=tuple(responses),
+        )
+    results = _results(study, options, tile, reduction, section)
+    return Measurement(results=results, groups=groups, pictures=pictures)
 
 
 def default_tile(study: Study) -> int:
@@ -155,6 +229,7 @@ def _settings(options: Options, tile: int) -> Mapping[str, object]:
         "white_level": selection.white_level,
         "tile": tile,
         "crop": None if selection.crop is None else list(selection.crop),
+        "legacy_black": "subtracted" if options.legacy_black_subtracted else "kept",
     }
 
 

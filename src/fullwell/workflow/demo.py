@@ -19,7 +19,6 @@ from fullwell.units import Measured
 from fullwell.workflow.characterize import measure
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.options import Options
-from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.run import run_facts
 from fullwell.workflow.simulate import simulate_config
 
@@ -128,9 +127,10 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
         began = time.monotonic()
         simulated = simulate_config(config, folder / STUDY, workers=workers, progress=progress)
         between = time.monotonic()
-        results, groups = measure(folder / STUDY, options=options, progress=progress)
-        results = replace(results, run=run_facts(study=out / STUDY, out=out, options=options, started=between))
-        write_files(results, folder, pictures=take_pictures(groups))
+        measurement = measure(folder / STUDY, options=options, progress=progress, folder=folder)
+        run = run_facts(study=out / STUDY, out=out, options=options, started=between)
+        results = replace(measurement.results, run=run)
+        write_files(results, folder, pictures=measurement.pictures)
         outcome = DemoOutcome(
             out=out,
             frames=len(simulated.frames),

@@ -1,9 +1,14 @@
 """Threads that work side by side until all is done, one fails, or the user interrupts."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from threading import Event
-from typing import Final, Protocol
+from typing import Final, Protocol, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+_Item = TypeVar("_Item")
+_Found = TypeVar("_Found")
 
 POLL_S: Final = 0.1
 """How soon a waiting thread notices that it should stop [s]."""
@@ -50,3 +55,12 @@ def run_threads(work: Callable[[int, Event], None], *, workers: int) -> None:
             stop.set()
     for future in futures:
         future.result()
+
+
+def in_threads(work: Callable[[_Item], _Found], items: Iterable[_Item], *, workers: int) -> tuple[_Found, ...]:
+    """Return ``work(item)`` of every item, in their order, computed side by side.
+
+    Linear algebra keeps to one thread within each, since two layers of threads slow each other down.
+    """
+    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(max(1, workers)) as pool:
+        return tuple(pool.map(work, items))

@@ -19,9 +19,12 @@ class Options:
         less, so that a smooth surface over a tile can follow the shading.
     workers
         Threads; results never depend on their number.
+    legacy_black_subtracted
+        Whether the published study's tables have the black level subtracted first; as published it is left in.
 
     """
 
     selection: Selection = field(default_factory=Selection)
     tile: int | None = None
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
+    legacy_black_subtracted: bool = False

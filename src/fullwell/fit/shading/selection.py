@@ -36,7 +36,7 @@ class ShadingFits:
     models
         By name, from few effective terms to many.
     chosen
-        Name of the smallest model whose cross-validation is within one standard error of the best.
+        Name of the model to use (`choose`).
     failures
         By name, a sentence on why a model could not be fitted.
     robust_weight
@@ -100,7 +100,10 @@ def fit_shading(data: ShadingData, *, models: Sequence[str] = MODELS, robust: bo
 
 
 def choose(models: Sequence[ShadingModel]) -> str:
-    """Return the name of the smallest model whose cross-validation is within one standard error of the best.
+    """Return the name of the model to use: ``radial`` where it describes the lens, else ``p-spline`` (METHOD 6.3).
+
+    Polynomials are fitted for comparison: a global one can be good on the whole and wrong in the corners by many times
+    its errors. Where neither candidate could be fitted, all others are.
 
     Parameters
     ----------
@@ -108,8 +111,21 @@ def choose(models: Sequence[ShadingModel]) -> str:
         From few effective terms to many, at least one.
 
     """
-    best = min(models, key=lambda model: model.gcv)
-    return next(model.name for model in models if model.gcv <= best.gcv + best.gcv_error)
+    candidates = [model for model in models if model.name in {"radial", "p-spline"}] or list(models)
+    best = min(candidates, key=lambda model: model.gcv)
+    return next(model.name for model in candidates if _near(model, best))
+
+
+def _near(model: ShadingModel, best: ShadingModel) -> bool:
+    """Tell whether a model is within one standard error of the best by cross-validation.
+
+    All models see the same noise, so the standard error is that of the difference: chi-square and two for each term,
+    which is what cross-validation comes to, differ by the square root of twice the further terms.
+    """
+    noise = max(best.chi_square / best.dof, 1.0) if best.dof > 0.0 else 1.0
+    further = best.effective_terms - model.effective_terms
+    excess = (model.chi_square - best.chi_square) / noise - 2.0 * further
+    return excess <= math.sqrt(2.0 * max(further, 0.0))
 
 
 def _fitted(name: str, bins: WeightedBins, focal_length_pixels: float | None) -> ShadingModel:

@@ -43,7 +43,6 @@ def measure_dark_noise(bursts: IsoBursts, rows: Iterable[Row]) -> Section:
                     source="METHOD 4.6",
                     exposure_s=burst.exposure_s,
                     flags=flags,
-                    recommended=True,
                 )
                 for measured in (noise, to_electrons(noise, system_gain))
             ]

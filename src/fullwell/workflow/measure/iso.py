@@ -1,5 +1,7 @@
 """Everything measured at one ISO, in the order one figure needs another."""
 
+from dataclasses import dataclass
+
 from fullwell.frames.series import Study
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.dark_current import measure_dark_current
@@ -7,19 +9,53 @@ from fullwell.workflow.measure.dark_noise import measure_dark_noise
 from fullwell.workflow.measure.dark_variance import measure_dark_variance
 from fullwell.workflow.measure.dynamic_range import measure_range
 from fullwell.workflow.measure.histograms import histogram_curves
-from fullwell.workflow.measure.levels import measure_levels
+from fullwell.workflow.measure.levels import ChannelLevels, measure_levels
 from fullwell.workflow.measure.noise_coefficients import measure_noise_coefficients
+from fullwell.workflow.measure.noise_regions import measure_noise_regions
+from fullwell.workflow.measure.nonuniformity import ChannelPattern, measure_nonuniformity
 from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_volts
+from fullwell.workflow.measure.pattern_maps import IsoMaps, make_maps
+from fullwell.workflow.measure.pattern_tiles import measure_pattern_tiles
 from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
+from fullwell.workflow.measure.shading import BurstShading, measure_shading
 from fullwell.workflow.measure.steadiness import measure_steadiness
 from fullwell.workflow.measure.unlit import usable_unlit
 from fullwell.workflow.measure.white_level import measure_white
 
 
-def measure_iso(study: Study, bursts: IsoBursts) -> Section:
-    """Measure levels, noise, dark current, photon transfer and range at one ISO, in DN, electrons and volts."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IsoMeasurement:
+    """What was measured at one ISO, and what pictures, maps and comparisons between ISOs are made from.
+
+    Parameters
+    ----------
+    bursts
+        What could be used.
+    levels
+        Of every channel.
+    section
+        Rows, findings, curves.
+    patterns
+        Fixed pattern of every channel.
+    maps
+        Maps of every pixel.
+    shadings
+        Every flat burst whose shading could be fitted, by ascending exposure.
+
+    """
+
+    bursts: IsoBursts
+    levels: tuple[ChannelLevels, ...]
+    section: Section
+    patterns: tuple[ChannelPattern, ...]
+    maps: IsoMaps
+    shadings: tuple[BurstShading, ...]
+
+
+def measure_iso(study: Study, bursts: IsoBursts, *, workers: int) -> IsoMeasurement:
+    """Measure levels, noise, dark current, photon transfer, range, fixed pattern and shading at one ISO."""
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     bursts, unlit_findings = usable_unlit(bursts, whites)
     levels_section, levels = measure_levels(study, bursts, whites)
@@ -27,26 +63,36 @@ def measure_iso(study: Study, bursts: IsoBursts) -> Section:
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
     model_section, models = measure_noise_coefficients(bursts, levels, transfers)
+    maps = make_maps(bursts, levels, transfers, workers=workers)
+    pattern_section, patterns = measure_nonuniformity(bursts, maps)
+    shading_section, shadings = measure_shading(bursts, levels, patterns, camera=study.camera, workers=workers)
     system_gain = {
         row.channel: row.measured
         for row in transfer_section.rows
         if row.quantity == "system_gain" and RECOMMENDED in row.flags
     }
-    in_dn = (*noise_section.rows, *dark_section.rows)
-    return joined(
+    in_dn = (*noise_section.rows, *dark_section.rows, *pattern_section.rows)
+    section = joined(
         (
             Section(findings=unlit_findings),
             levels_section,
             noise_section,
+            measure_noise_regions(bursts),
             dark_section,
             transfer_section,
             model_section,
+            pattern_section,
+            measure_pattern_tiles(bursts, maps, width=study.width, height=study.height),
             rows_in_electrons(in_dn, transfer_section.rows),
             rows_in_volts(in_dn, levels, study.camera.voltage_swing_v),
             measure_dark_variance(bursts, system_gain),
             measure_dark_noise(bursts, (*in_dn, *transfer_section.rows)),
             measure_range(bursts, levels, transfers, models),
+            shading_section,
             measure_steadiness(bursts, levels, transfers),
             histogram_curves(bursts),
         )
+    )
+    return IsoMeasurement(
+        bursts=bursts, levels=levels, section=section, patterns=patterns, maps=maps, shadings=shadings
     )

@@ -19,8 +19,9 @@ _INPUT_REFERRED = {
     "read_noise_column",
     "read_noise_column_variance",
     "dark_current",
+    *(f"dsnu{part}{twin}" for part in ("", "_row", "_column", "_pixel") for twin in ("", "_variance")),
 }
-_IN_VOLTS = {"read_noise", "dark_current"}
+_IN_VOLTS = {"read_noise", "dark_current", "dsnu"}
 
 
 def rows_in_electrons(rows: Iterable[Row], gain_rows: Iterable[Row]) -> Section:

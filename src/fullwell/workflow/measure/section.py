@@ -88,6 +88,7 @@ class RowWriter:
         source: str,
         n: int | None = None,
         exposure_s: float | None = None,
+        region: str | None = None,
         snr_threshold: float | None = None,
         flags: Iterable[str] = (),
         recommended: bool = False,
@@ -103,6 +104,7 @@ class RowWriter:
             iso=None if self.bursts is None else self.bursts.iso,
             exposure_s=exposure_s,
             temperature_c=None if self.bursts is None else self.bursts.temperature_c,
+            region=region,
             snr_threshold=snr_threshold,
             flags=tuple(sorted(every)),
             source=source,
@@ -118,15 +120,28 @@ class RowWriter:
         *,
         source: str,
         n: int | None = None,
+        exposure_s: float | None = None,
+        region: str | None = None,
         flags: Iterable[str] = (),
+        recommended: bool = True,
     ) -> tuple[Row, Row]:
-        """Return the recommended row of a square root, and its signed twin in the squared unit (RESULTS 2)."""
+        """Return the row of a square root, and its signed twin in the squared unit (RESULTS 2)."""
         own = set(flags)
         limit = {"upper-limit"} if variance.value <= 0.0 else set[str]()
         root = square_root(_above_zero(variance), unit)
-        return (
-            self.row(quantity, channel, method, root, source=source, n=n, flags=own | limit, recommended=True),
-            self.row(
-                f"{quantity}_variance", channel, method, variance, source=source, n=n, flags=own, recommended=True
-            ),
-        )
+
+        def write(name: str, measured: Measured, marks: set[str]) -> Row:
+            return self.row(
+                name,
+                channel,
+                method,
+                measured,
+                source=source,
+                n=n,
+                exposure_s=exposure_s,
+                region=region,
+                flags=marks,
+                recommended=recommended,
+            )
+
+        return write(quantity, root, own | limit), write(f"{quantity}_variance", variance, own)

@@ -1,0 +1,241 @@
+"""DSNU and PRNU: the spatial variance of pixel maps, less the temporal noise left in them (METHOD 5)."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from fullwell.figures.results import Row
+from fullwell.findings import Finding, Severity
+from fullwell.fit.nonuniformity import Nonuniformity, dark_nonuniformity, nonuniformity
+from fullwell.fit.pooling import equal_mean, pool_channels
+from fullwell.statistics.pattern import pattern
+from fullwell.units import DN, DN2, ONE, PERCENT, Measured
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.pattern_maps import INTERCEPT, SLOPE, STACK, ChannelMaps, IsoMaps, floor_of
+from fullwell.workflow.measure.rounding import rounding_flags
+from fullwell.workflow.measure.section import RowWriter, Section
+
+PERCENT2 = "%^2"
+PRNU_METHODS = ((STACK, "flat-dark-stack", "METHOD 5.1"), (SLOPE, "exposure-slope", "METHOD 5.2"))
+_PARTS = ("row", "column", "pixel")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelPattern:
+    """The recommended fixed pattern of one channel: signed variances of PRNU [1] and DSNU [DN^2], None if unknown."""
+
+    channel: str
+    prnu: Nonuniformity | None
+    dsnu: Nonuniformity | None
+
+
+def measure_nonuniformity(bursts: IsoBursts, maps: IsoMaps) -> tuple[Section, tuple[ChannelPattern, ...]]:
+    """Measure DSNU and PRNU of every channel at one ISO, whole and in rows, columns and pixels."""
+    rows: list[Row] = []
+    patterns: list[ChannelPattern] = []
+    for one in maps.channels:
+        prnu = {name: _prnu(one, name) for name, _, _ in PRNU_METHODS if name in one.maps}
+        dsnu = _dark_stack(bursts, one.channel)
+        intercept = _intercept(one)
+        for name, method, source in PRNU_METHODS:
+            if name in prnu:
+                first = name == next(iter(prnu))
+                rows += _prnu_rows(bursts, one, prnu[name], method=method, source=source, recommended=first)
+        rows += _dark_rows(bursts, one.channel, dsnu)
+        if intercept is not None:
+            rows += _intercept_rows(bursts, one, intercept, recommended=dsnu is None)
+        chosen = next(iter(prnu.values()), None)
+        patterns.append(ChannelPattern(channel=one.channel, prnu=chosen, dsnu=dsnu or intercept))
+    rows += _pooled(bursts, rows)
+    return Section(rows=tuple(rows), findings=_findings(bursts, maps)), tuple(patterns)
+
+
+def _prnu(maps: ChannelMaps, name: str) -> Nonuniformity:
+    found = pattern(maps.maps[name], tile=_tile(maps), relative=True, use=maps.tiles)
+    return nonuniformity(found, floor_of(maps.combinations[name], maps.channel), unit=ONE)
+
+
+def _intercept(maps: ChannelMaps) -> Nonuniformity | None:
+    if INTERCEPT not in maps.maps:
+        return None
+    found = pattern(maps.maps[INTERCEPT], tile=_tile(maps), relative=False, use=maps.tiles)
+    return nonuniformity(found, floor_of(maps.combinations[INTERCEPT], maps.channel), unit=DN2)
+
+
+def _tile(maps: ChannelMaps) -> int:
+    return maps.flats[0].plane(maps.channel).tiles.size
+
+
+def darkest_burst(bursts: IsoBursts) -> Burst | None:
+    """Return the unlit burst of two frames or more with the shortest exposure, where dark current adds least."""
+    usable = [burst for burst in bursts.unlit if burst.frames > 1]
+    return usable[0] if usable else None
+
+
+def _dark_stack(bursts: IsoBursts, channel: str) -> Nonuniformity | None:
+    burst = darkest_burst(bursts)
+    if burst is None or channel in bursts.black_clipped:
+        return None
+    plane = burst.plane(channel)
+    return dark_nonuniformity(plane.mean_squares, plane.shape, tiles=plane.tiles)
+
+
+def _prnu_rows(
+    bursts: IsoBursts, maps: ChannelMaps, found: Nonuniformity, *, method: str, source: str, recommended: bool
+) -> tuple[Row, ...]:
+    n = sum(burst.frames * burst.plane(maps.channel).n for burst in maps.flats)
+    flags = ("model-misfit",) if found.misfit else ()
+    return _written(
+        bursts,
+        "prnu",
+        maps.channel,
+        method,
+        _in(found, 1e4, PERCENT2),
+        unit=PERCENT,
+        source=source,
+        n=n,
+        flags=flags,
+        recommended=recommended,
+    )
+
+
+def _dark_rows(bursts: IsoBursts, channel: str, found: Nonuniformity | None) -> tuple[Row, ...]:
+    burst = darkest_burst(bursts)
+    if found is None or burst is None:
+        return ()
+    n = burst.plane(channel).n * burst.frames
+    flags = rounding_flags(bursts, [channel])
+    parts = _in(found, 1.0, DN2)
+    whole = _written(
+        bursts,
+        "dsnu",
+        channel,
+        "dark-stack",
+        parts,
+        unit=DN,
+        source="METHOD 5.1",
+        n=n,
+        flags=flags,
+        recommended=True,
+    )
+    return (*whole, *_per_exposure(bursts, channel, burst))
+
+
+def _per_exposure(bursts: IsoBursts, channel: str, shortest: Burst) -> Iterable[Row]:
+    """Return the DSNU of every longer dark burst: it grows where dark current differs between pixels."""
+    write = RowWriter(bursts=bursts).root_and_variance
+    for burst in bursts.darks:
+        if burst.frames > 1 and burst is not shortest:
+            plane = burst.plane(channel)
+            found = dark_nonuniformity(plane.mean_squares, plane.shape, tiles=plane.tiles)
+            yield from write(
+                "dsnu",
+                channel,
+                "dark-stack",
+                found.total,
+                DN,
+                source="METHOD 5.1",
+                n=plane.n * burst.frames,
+                exposure_s=burst.exposure_s,
+                recommended=False,
+            )
+
+
+def _intercept_rows(
+    bursts: IsoBursts, maps: ChannelMaps, found: Nonuniformity, *, recommended: bool
+) -> tuple[Row, ...]:
+    n = sum(burst.frames * burst.plane(maps.channel).n for burst in maps.flats)
+    flags = ("model-misfit",) if found.misfit else ()
+    return _written(
+        bursts,
+        "dsnu",
+        maps.channel,
+        "exposure-intercept",
+        _in(found, 1.0, DN2),
+        unit=DN,
+        source="METHOD 5.2",
+        n=n,
+        flags=flags,
+        recommended=recommended,
+    )
+
+
+def _in(found: Nonuniformity, factor: float, unit: str) -> tuple[Measured, ...]:
+    """Return the whole and its row, column and pixel parts in another unit."""
+    return tuple(one.scaled(factor, unit) for one in (found.total, found.row, found.column, found.pixel))
+
+
+def _written(
+    bursts: IsoBursts,
+    quantity: str,
+    channel: str,
+    method: str,
+    variances: Sequence[Measured],
+    *,
+    unit: str,
+    source: str,
+    n: int,
+    flags: Iterable[str],
+    recommended: bool,
+) -> tuple[Row, ...]:
+    """Return the rows of a non-uniformity: the whole, then its row, column and pixel parts."""
+    write = RowWriter(bursts=bursts).root_and_variance
+    names = (quantity, *(f"{quantity}_{part}" for part in _PARTS))
+    return tuple(
+        row
+        for name, variance in zip(names, variances, strict=True)
+        for row in write(
+            name, channel, method, variance, unit, source=source, n=n, flags=flags, recommended=recommended
+        )
+    )
+
+
+def _pooled(bursts: IsoBursts, rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Return the mean over the channels of every recommended variance, and a flag where the channels differ."""
+    pooled: list[Row] = []
+    kinds = dict.fromkeys((row.quantity, row.method) for row in rows if "recommended" in row.flags)
+    for quantity, method in kinds:
+        own = [row for row in rows if (row.quantity, row.method) == (quantity, method) and "recommended" in row.flags]
+        if not quantity.endswith("_variance") or len(own) < len(bursts.channels) or len(own) < 2:
+            continue
+        _, p_value = pool_channels([row.measured for row in own])
+        flags = {flag for row in own for flag in row.flags} - {"recommended", "upper-limit"}
+        pooled += RowWriter(bursts=bursts).root_and_variance(
+            quantity.removesuffix("_variance"),
+            "all",
+            method,
+            equal_mean([row.measured for row in own]),
+            PERCENT if own[0].measured.unit == PERCENT2 else DN,
+            source=own[0].source,
+            n=sum(row.n or 0 for row in own),
+            flags=flags | ({"channels-differ"} if p_value < 0.01 else set[str]()),
+        )
+    return tuple(pooled)
+
+
+def _findings(bursts: IsoBursts, maps: IsoMaps) -> tuple[Finding, ...]:
+    if not any(burst.frames > 1 for burst in bursts.flats):
+        return ()
+    findings: list[Finding] = []
+    taken = {id(burst) for one in maps.channels for burst in one.flats}
+    left_out = [burst for burst in bursts.flats if burst.frames > 1 and id(burst) not in taken]
+    if left_out:
+        exposures = ", ".join(f"{burst.exposure_s:g}" for burst in left_out)
+        message = (
+            f"flats of {exposures} s at {bursts.label} are saturated, or lie beyond the turn of the variance, in every "
+            "channel: PRNU and slopes are measured without them"
+        )
+        findings.append(Finding(code="flats-saturated", severity=Severity.WARNING, message=message))
+    known = [one for one in maps.channels if one.flats]
+    if known and not any(STACK in one.maps for one in known):
+        message = (
+            f"no dark frames to set against the flats at {bursts.label}: PRNU comes from the slope over exposures, "
+            "DSNU from its intercept; take a burst of dark frames at the exposure of the flats"
+        )
+        findings.append(Finding(code="no-dark-stack", severity=Severity.WARNING, message=message))
+    if known and not any(SLOPE in one.maps for one in known):
+        message = (
+            f"unsaturated flats of one exposure only at {bursts.label}: slopes and intercepts over exposure are not "
+            "measured; take flats at three exposures or more"
+        )
+        findings.append(Finding(code="one-flat-exposure", severity=Severity.WARNING, message=message))
+    return tuple(findings)

@@ -1,0 +1,194 @@
+"""Maps that hold a sensor's fixed pattern: linear combinations of the means of its bursts (METHOD 5.1, 5.2).
+
+Three maps are made of the flats of one ISO that are neither saturated nor single frames: the *stack*, all flats
+weighted by signal over variance, less the mean dark frame; and the *slope* and the *intercept* of each pixel's
+response against exposure. `floor_of` says how much temporal noise each keeps.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.fit.noise_floor import NoiseFloor, noise_floor
+from fullwell.fit.variance_components import variance_components
+from fullwell.statistics.pixels import combine, line_coefficients
+from fullwell.statistics.series import PlaneStatistics
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.levels import ChannelLevels
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer
+from fullwell.workflow.measure.rounding import phase_aware_dof
+from fullwell.workflow.measure.transfer_points import admitted_tiles
+
+STACK: Final = "stack"
+SLOPE: Final = "slope"
+INTERCEPT: Final = "intercept"
+_MAPS: Final = (STACK, SLOPE, INTERCEPT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Combination:
+    """One map of one channel: which bursts, and how much of the mean of each.
+
+    Parameters
+    ----------
+    bursts
+        What the map is made of.
+    coefficients
+        Factor of the mean of each burst, shape (bursts,).
+
+    """
+
+    bursts: tuple[Burst, ...]
+    coefficients: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelMaps:
+    """The maps of one channel, by name; a map that the bursts do not allow is missing.
+
+    Parameters
+    ----------
+    flats
+        Flats that take part, by ascending exposure.
+    tiles
+        Tiles that clip in none of them, shape (tile rows, tile columns).
+    combinations
+        What each map is made of.
+    maps
+        Shape of the plane; the stack in DN, the slope in DN/s, the intercept in DN.
+
+    """
+
+    channel: str
+    flats: tuple[Burst, ...]
+    tiles: NDArray[np.bool_]
+    combinations: Mapping[str, Combination]
+    maps: Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IsoMaps:
+    """The maps of every channel at one ISO, and the same as whole mosaics of shape (height, width)."""
+
+    channels: tuple[ChannelMaps, ...]
+    mosaics: Mapping[str, NDArray[np.float32]]
+
+
+def linear_flats(bursts: IsoBursts, level: ChannelLevels, transfer: ChannelTransfer) -> tuple[Burst, ...]:
+    """Return the flats of two frames or more on the photon-transfer curve, no tile of which is clipped."""
+    on_curve = [point.burst for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good]
+    return tuple(
+        burst
+        for burst in bursts.flats
+        if burst.frames > 1
+        and burst.sums is not None
+        and any(burst is other for other in on_curve)
+        and bool(admitted_tiles(burst.plane(level.channel), level.white_dn).all())
+    )
+
+
+def matching_dark(bursts: IsoBursts, flats: Sequence[Burst], channel: str) -> Burst | None:
+    """Return the unlit burst of two frames or more whose exposure is nearest to that of the flats."""
+    usable = [burst for burst in bursts.unlit if burst.frames > 1 and burst.sums is not None]
+    if not usable or not flats or channel in bursts.black_clipped:
+        return None
+    exposure_s = float(np.median([burst.exposure_s for burst in flats]))
+    return min(usable, key=lambda burst: (abs(burst.exposure_s - exposure_s), -burst.frames))
+
+
+def make_maps(
+    bursts: IsoBursts, levels: Sequence[ChannelLevels], transfers: Sequence[ChannelTransfer], *, workers: int
+) -> IsoMaps:
+    """Make the three maps of every channel at one ISO in one sweep over the sums."""
+    flats = [linear_flats(bursts, level, transfer) for level, transfer in zip(levels, transfers, strict=True)]
+    found = [_combinations(bursts, level, own) for level, own in zip(levels, flats, strict=True)]
+    used = [burst for burst in (*bursts.flats, *bursts.unlit) if any(_takes(one, burst) for one in found)]
+    names = [name for name in _MAPS if any(name in one for one in found)]
+    sums = [burst.sums for burst in used if burst.sums is not None]
+    mosaics: Mapping[str, NDArray[np.float32]] = {}
+    if names:
+        coefficients = np.array(
+            [[[_coefficient(one.get(name), burst) for one in found] for burst in used] for name in names]
+        )
+        cell = 1 if len(levels) == 1 else 2
+        mosaics = dict(zip(names, combine(sums, coefficients, cell=cell, workers=workers), strict=True))
+    channels = tuple(
+        ChannelMaps(
+            channel=level.channel,
+            flats=own,
+            tiles=_tiles(own, level),
+            combinations=combinations,
+            maps={name: _plane(mosaics[name], site, len(levels)) for name in combinations},
+        )
+        for site, (level, own, combinations) in enumerate(zip(levels, flats, found, strict=True))
+    )
+    return IsoMaps(channels=channels, mosaics=mosaics)
+
+
+def floor_of(combination: Combination, channel: str) -> NoiseFloor:
+    """Return the temporal noise that a map keeps of the frames it was made from."""
+    planes = [burst.plane(channel) for burst in combination.bursts]
+    lines = [variance_components(plane.mean_squares, plane.shape) for plane in planes]
+    return noise_floor(
+        combination.coefficients,
+        np.array([plane.tiles.temporal_variance for plane in planes]),
+        np.array([_dof(plane) for plane in planes]),
+        frames=[plane.frames for plane in planes],
+        row_variances=[one.tv for one in lines],
+        column_variances=[one.th for one in lines],
+    )
+
+
+def _dof(plane: PlaneStatistics) -> NDArray[np.float64]:
+    """Return the degrees of freedom of a plane's temporal variance by tile, lowered where rounding limits it."""
+    whole = float(plane.n * (plane.frames - 1))
+    known = phase_aware_dof(plane, plane.temporal_variance, whole) / whole
+    return np.maximum(plane.tiles.temporal_dof * known, 1e-3)
+
+
+def _combinations(bursts: IsoBursts, level: ChannelLevels, flats: Sequence[Burst]) -> dict[str, Combination]:
+    """Return what the maps of one channel are made of."""
+    found: dict[str, Combination] = {}
+    planes = [burst.plane(level.channel) for burst in flats]
+    weights = np.array([plane.frames / plane.temporal_variance for plane in planes if plane.temporal_variance > 0.0])
+    if not flats or weights.size < len(flats):
+        return found
+    dark = matching_dark(bursts, flats, level.channel)
+    if dark is not None:
+        signals = np.array([plane.mean - dark.plane(level.channel).mean for plane in planes])
+        shares = weights * np.maximum(signals, 0.0)
+        if shares.sum() > 0.0:
+            found[STACK] = Combination(bursts=(*flats, dark), coefficients=np.append(shares / shares.sum(), -1.0))
+    exposures_s = [burst.exposure_s for burst in flats]
+    if len(set(exposures_s)) > 1:
+        slope, intercept = line_coefficients(exposures_s, weights.tolist())
+        found[SLOPE] = Combination(bursts=tuple(flats), coefficients=slope)
+        found[INTERCEPT] = Combination(bursts=tuple(flats), coefficients=intercept)
+    return found
+
+
+def _takes(combinations: Mapping[str, Combination], burst: Burst) -> bool:
+    return any(burst is other for one in combinations.values() for other in one.bursts)
+
+
+def _coefficient(combination: Combination | None, burst: Burst) -> float:
+    """Return the factor of a burst's sum, 0 where the map does not hold it."""
+    if combination is None:
+        return 0.0
+    pairs = zip(combination.bursts, combination.coefficients, strict=True)
+    return next((float(factor) / burst.frames for other, factor in pairs if other is burst), 0.0)
+
+
+def _tiles(flats: Sequence[Burst], level: ChannelLevels) -> NDArray[np.bool_]:
+    if not flats:
+        return np.zeros((0, 0), np.bool_)
+    return np.logical_and.reduce([admitted_tiles(burst.plane(level.channel), level.white_dn) for burst in flats])
+
+
+def _plane(mosaic: NDArray[np.float32], site: int, sites: int) -> NDArray[np.float32]:
+    step = 1 if sites == 1 else 2
+    row, column = divmod(site, step)
+    return mosaic[row::step, column::step]

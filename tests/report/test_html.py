@@ -153,7 +153,7 @@ def test_one_unknown_iso_and_one_channel_draw_without_complaint(results):
     pictures = Pictures(
         shading=tuple(mono_picture(one) for one in few.shading if one.iso == 55.0 and one.channel == "G1"),
         shading_differences=tuple(
-            replace(one, iso=None, base_iso=None) for one in few.shading_differences if one.iso == 55.0
+            replace(one, iso=None, base_iso=None) for one in few.shading_differences[1:] if one.iso == 55.0
         ),
         responses=tuple(replace(one, iso=None, channel="mono") for one in few.responses if one.iso == 55.0),
     )

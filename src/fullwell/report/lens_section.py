@@ -1,6 +1,7 @@
 """The chapter on lens shading: how much light the lens brings to each place of the sensor."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,11 +15,13 @@ from fullwell.report.material import Material, Part, Section, Tab, drawn, parts_
 from fullwell.report.numbers import MISSING, show, show_exposure, show_iso
 from fullwell.report.pictures import ShadingPicture
 from fullwell.report.pivots import Cell, Line, Note, Pivot, title_of, tooltip
+from fullwell.units import PERCENT
 
 _FIGURES: Final = ("shading_corner", "shading_edge_x", "shading_edge_y", "shading_residual_rms")
 _MODELS: Final = "cos4-fixed cos4 radial poly22 poly44 poly66 poly88 p-spline"
 """In the order of the table."""
 
+_RESIDUAL: Final = "shading_residual_rms"
 _MARK: Final = "✓"
 _ENOUGH: Final = 0.75
 """Share of the points that must be measured for a burst to stand for its ISO."""
@@ -123,7 +126,8 @@ def _models(material: Material, shown: Sequence[Sequence[ShadingPicture]]) -> Pa
 
 def _model_table(rows: Sequence[Row], quantity: str, chosen: Mapping[str, str]) -> Pivot | None:
     """Return one figure of every model and channel, the chosen model of each channel marked."""
-    mine = [row for row in rows if row.quantity == quantity]
+    percent = quantity == _RESIDUAL
+    mine = [_in_percent(row) if percent else row for row in rows if row.quantity == quantity]
     if not mine:
         return None
     channels = tuple(sorted({row.channel for row in mine}, key=channel_rank))
@@ -134,7 +138,7 @@ def _model_table(rows: Sequence[Row], quantity: str, chosen: Mapping[str, str]) 
     return Pivot(
         quantity=quantity,
         title=title_of(quantity),
-        unit="",
+        unit=PERCENT if percent else "",
         channels=channels,
         lines=tuple(
             Line(label=model, cells=tuple(cells.get((model, channel), Cell(text=MISSING)) for channel in channels))
@@ -142,6 +146,10 @@ def _model_table(rows: Sequence[Row], quantity: str, chosen: Mapping[str, str]) 
         ),
         notes=(note,) if any_chosen else (),
     )
+
+
+def _in_percent(row: Row) -> Row:
+    return replace(row, measured=row.measured.scaled(100.0, PERCENT))
 
 
 def _cell(row: Row, *, best: bool) -> Cell:

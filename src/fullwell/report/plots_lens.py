@@ -1,6 +1,7 @@
 """Lens shading: surfaces of every plane, what the model leaves, the cosine-fourth law, differences between bursts."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, Literal
 
 import numpy as np
@@ -195,8 +196,9 @@ def difference_grid(
     pictures: Sequence[ShadingDifferencePicture], which: Literal["difference", "over_error"]
 ) -> Picture:
     """Draw the difference of every burst's map to the base map: exposures side by side, ISOs one below the other."""
-    isos = sorted({-1.0 if one.iso is None else one.iso for one in pictures})
+    pictures = _with_base(pictures)
     exposures = _exposures(pictures)
+    isos = sorted(exposures)
     columns = max(len(line) for line in exposures.values())
     relative = which == "difference"
     values = {id(one): _PERCENT * one.difference if relative else one.over_error for one in pictures}
@@ -214,8 +216,7 @@ def difference_grid(
         line[0].set_ylabel(show_iso(None if iso < 0.0 else iso), weight="bold", color=INK)
         for axes, one in zip(line, ordered, strict=False):
             shown = draw_map(axes, values[id(one)], limit=limit)
-            base = (one.iso, one.exposure_s) == (one.base_iso, one.base_exposure_s)
-            told = "base" if base else f"p {_probability(one.p_value)}"
+            told = "base" if _is_base(one) else f"p {_probability(one.p_value)}"
             axes.set_title(f"{show_exposure(one.exposure_s)}, {told}", size=_SMALL_PT, weight="normal", pad=3.0)
         for spare in line[len(ordered) :]:
             spare.set_visible(False)
@@ -299,6 +300,27 @@ def _probability(value: float) -> str:
 
 def _burst(iso: float | None, exposure_s: float) -> str:
     return f"{show_iso(iso)}, {show_exposure(exposure_s)}"
+
+
+def _is_base(one: ShadingDifferencePicture) -> bool:
+    return (one.iso, one.exposure_s) == (one.base_iso, one.base_exposure_s)
+
+
+def _with_base(pictures: Sequence[ShadingDifferencePicture]) -> list[ShadingDifferencePicture]:
+    """Return the pictures with the base burst among them, which differs from itself by nothing."""
+    if any(_is_base(one) for one in pictures):
+        return list(pictures)
+    first = pictures[0]
+    nothing = np.zeros_like(first.difference)
+    base = replace(
+        first,
+        iso=first.base_iso,
+        exposure_s=first.base_exposure_s,
+        difference=nothing,
+        over_error=nothing,
+        p_value=1.0,
+    )
+    return [base, *pictures]
 
 
 def _exposures(pictures: Sequence[ShadingDifferencePicture]) -> dict[float, list[ShadingDifferencePicture]]:

@@ -40,7 +40,7 @@ def test_from_flats_to_corrected_scenes(run: Run, tmp_path: Path) -> None:
     done = run("shading", "fit", study, "-o", fit)
     assert done.returncode == 0
     assert "Light that reaches corners" in done.stdout
-    assert "cos4" in done.stdout
+    assert "G2" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,8 @@ from fullwell.model.shading import CosineSurface, RadialSurface
 from fullwell.units import ONE, Measured
 
 PIXEL: Final = "pixel"
+_SHADES: Final = 2.0
+"""Standard errors from which a curvature is one."""
 _GRID: Final = (13, 17)
 """Rows and columns where a maximum is looked for; with the maximum itself fewer than 256."""
 
@@ -128,7 +130,8 @@ def optical_axis(model: ShadingModel) -> OpticalAxis | None:
     Returns
     -------
     OpticalAxis or None
-        None for models without a centre of their own, and where nothing shades.
+        None for models without a centre of their own, and where the curvature is below two of its errors: nothing
+        shades then, and centre and focal length mean nothing.
 
     """
     surface = model.equation
@@ -137,6 +140,8 @@ def optical_axis(model: ShadingModel) -> OpticalAxis | None:
         row, column = (Measured.normal(float(model.values[at]), float(error[at]), PIXEL) for at in (-2, -1))
         return OpticalAxis(row=row, column=column, focal_length=None)
     if not isinstance(surface, CosineSurface) or surface.axis(model.values) is None:
+        return None
+    if model.values[-1] < _SHADES * np.sqrt(model.covariance[-1, -1]):
         return None
     return _cosine_axis(surface, model)
 

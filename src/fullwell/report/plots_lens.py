@@ -36,6 +36,7 @@ from fullwell.report.plots_surface import (
 )
 
 _PERCENT: Final = 100.0
+_SMALL_FACETS: Final = 32
 _SMALL_PT: Final = 7.5
 
 
@@ -54,11 +55,11 @@ def shading_surfaces(planes: Sequence[ShadingPicture]) -> Picture:
     for line, plane in enumerate(planes):
         for column, values in enumerate((plane.measured, plane.fitted, plane.normalized)):
             axes = space(figure, grid[line, column])
-            draw_surfaces(axes, [_surface(plane, values)])
+            draw_surfaces(axes, [_surface(plane, values)], most=_SMALL_FACETS)
             if line == 0:
                 axes.set_title(("Measured [DN]", "Fitted [DN]", "Normalized")[column], loc="center", y=1.0)
             if column == 1:
-                axes.text2D(0.86, 0.9, plane.model, transform=axes.transAxes, ha="center", size=7, color=QUIET)
+                axes.text(0.92, 0.94, plane.model, transform=axes.transAxes, ha="center", size=7, color=QUIET)
         flat.append(figure.add_subplot(grid[line, 3]))
         shown = draw_map(flat[-1], _PERCENT * plane.residual, limit=limit)
         place = flat[-1].get_subplotspec()

@@ -2,21 +2,22 @@
 
 Which function: `space` for the axes, `draw_surfaces` for one surface or several in one space, `draw_map` for a flat
 map; `symmetric_limit` for the one range that several maps of differences share.
+
+Space is projected here and drawn on flat axes: some eighty surfaces of a report would take seconds longer otherwise.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Final, cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from fullwell.report.plots import QUIET, color_of
@@ -24,10 +25,33 @@ from fullwell.report.plots import QUIET, color_of
 MOST_FACETS: Final = 40
 DIVERGING: Final = "RdBu_r"
 HEIGHTS: Final = "viridis"
-_BOX: Final = (4.0, 3.0, 2.3)
 _SMALL_PT: Final = 6.5
+
+_BOX: Final = np.array([4.0, 3.0, 2.3])
+"""Width, depth and height of the space."""
+
+_TURN: Final = np.radians(28.0)
+_TILT: Final = np.radians(26.0)
+"""Seen from the front, a little from the left and from above."""
+
 _LIGHT: Final = np.array([-0.45, 0.35, 0.82])
 """Where the light comes from: left, behind, above."""
+
+_PANES: Final = np.array(
+    [
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+        [[0, 1, 0], [1, 1, 0], [1, 1, 1], [0, 1, 1]],
+        [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]],
+    ],
+    float,
+)
+"""Floor, back and left wall, in shares of the box."""
+
+_EDGES: Final = np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 0]], [[1, 1, 0], [1, 1, 1]]], float)
+"""Where the three axes stand: column in front, row at the right, height at the right behind."""
+
+_OUTWARD: Final = ((0.0, -0.16), (0.16, -0.08), (0.14, 0.0))
+"""Where the labels of the three axes stand beside their ticks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,20 +82,19 @@ def channel_colors(channel: str) -> Colormap:
     return LinearSegmentedColormap.from_list(f"shades of {channel}", shades, N=64)
 
 
-def space(figure: Figure, place: SubplotSpec) -> Axes3D:
-    """Return axes in space, seen from the front left, with the first row of the plane at the back."""
-    axes = figure.add_subplot(place, projection="3d")
-    axes.view_init(elev=26.0, azim=-62.0)
-    axes.set_box_aspect(_BOX)
-    axes.tick_params(labelsize=_SMALL_PT, pad=-2.5, colors=QUIET)
-    axes.grid(visible=False)
+def space(figure: Figure, place: SubplotSpec) -> Axes:
+    """Return axes to draw surfaces on."""
+    axes = figure.add_subplot(place)
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    axes.set(xlim=(-0.1, 5.6), ylim=(-1.15, 3.3))
     return axes
 
 
 def draw_surfaces(
-    axes: Axes3D, surfaces: Sequence[Surface], *, limits: tuple[float, float] | None = None, most: int = MOST_FACETS
-) -> None:
-    """Draw surfaces in one space, those behind hidden by those in front, on at most ``most`` x ``most`` facets each.
+    axes: Axes, surfaces: Sequence[Surface], *, limits: tuple[float, float] | None = None, most: int = MOST_FACETS
+) -> PolyCollection:
+    """Draw surfaces in one space, those behind hidden by those in front; the first row of the plane at the back.
 
     Parameters
     ----------
@@ -82,27 +105,30 @@ def draw_surfaces(
     limits
         Lowest and highest value of the axis and the colours; those of the surfaces if not told.
     most
-        Facets along each side.
+        Facets along each side of each surface.
 
     """
     low, high = limits or _limits([surface.values for surface in surfaces])
+    columns = _ends([surface.columns for surface in surfaces])
+    rows = _ends([surface.rows for surface in surfaces])
+    origin = np.array([columns[0], rows[1], low])
+    scale = _BOX / np.array([columns[1] - columns[0], rows[0] - rows[1], high - low])
     quads: list[NDArray[np.float64]] = []
     colors: list[NDArray[np.float64]] = []
     for surface in surfaces:
         corners = _quads(surface, most)
         share = Normalize(low, high)(corners[:, :, 2].mean(axis=1))
+        corners = (corners - origin) * scale
         shade = ScalarMappable(cmap=surface.colors).get_cmap()(share)
-        colors.append(_lit(np.asarray(shade, float), corners, high - low))
+        colors.append(_lit(np.asarray(shade, float), corners))
         quads.append(corners)
-    drawn = Poly3DCollection(
-        cast("Any", np.concatenate(quads)), facecolors=np.concatenate(colors), edgecolors="none", antialiaseds=False
-    )
-    axes.add_collection3d(drawn)
-    ends = [(surface.columns[[0, -1]], surface.rows[[0, -1]]) for surface in surfaces]
-    across = min(float(x.min()) for x, _ in ends), max(float(x.max()) for x, _ in ends)
-    down = min(float(y.min()) for _, y in ends), max(float(y.max()) for _, y in ends)
-    axes.set(xlim=across, ylim=down[::-1], zlim=(low, high))
-    axes.set(xticks=_round_steps(*across), yticks=_round_steps(*down), zticks=_round_steps(low, high))
+    _frame(axes, columns, rows, (low, high))
+    points, distance = _projected(np.concatenate(quads))
+    behind = np.argsort(-distance.mean(axis=1), kind="stable")
+    outlines = cast("Sequence[NDArray[np.float64]]", points[behind])
+    drawn = PolyCollection(outlines, facecolors=np.concatenate(colors)[behind], edgecolors="none", antialiaseds=False)
+    axes.add_collection(drawn, autolim=False)
+    return drawn
 
 
 def draw_map(axes: Axes, values: NDArray[np.float64], *, limit: float | None = None) -> ScalarMappable:
@@ -147,6 +173,10 @@ def _round_steps(low: float, high: float) -> list[float]:
     return [float(tick) for tick in ticks if low - slack <= tick <= high + slack]
 
 
+def _ends(positions: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
+    return min(float(one.min()) for one in positions), max(float(one.max()) for one in positions)
+
+
 def _thin(count: int, most: int) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, count - 1, min(count, most + 1)).round().astype(np.intp))
 
@@ -161,16 +191,43 @@ def _quads(surface: Surface, most: int) -> NDArray[np.float64]:
     return quads[np.isfinite(quads[:, :, 2]).all(axis=1)]
 
 
-def _lit(colors: NDArray[np.float64], quads: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+def _lit(colors: NDArray[np.float64], quads: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the colours of facets under a lamp, so that slopes are seen, shape (facets, 4)."""
-    if not len(quads):
-        return colors
-    extent = np.ptp(quads.reshape(-1, 3), axis=0)
-    scale = np.array(_BOX) / np.where(extent > 0.0, extent, 1.0)
-    scale[2] = _BOX[2] / height
-    scale[1] *= -1.0
-    first, second = (quads[:, 2] - quads[:, 0]) * scale, (quads[:, 3] - quads[:, 1]) * scale
-    normal = np.cross(first, second)
+    normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     normal *= np.sign(normal[:, 2:]) / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     bright = 0.62 + 0.42 * np.clip(normal @ _LIGHT, 0.0, 1.0)
     return np.clip(np.column_stack([colors[:, :3] * bright[:, None], colors[:, 3]]), 0.0, 1.0)
+
+
+def _projected(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where points of the box are seen, shape (..., 2), and how far away they are, shape (...)."""
+    across, away, up = np.moveaxis(points, -1, 0)
+    right = np.cos(_TURN) * across + np.sin(_TURN) * away
+    depth = np.cos(_TURN) * away - np.sin(_TURN) * across
+    seen = np.stack([right, np.cos(_TILT) * up + np.sin(_TILT) * depth], axis=-1)
+    return seen, np.cos(_TILT) * depth - np.sin(_TILT) * up
+
+
+def _frame(axes: Axes, columns: tuple[float, float], rows: tuple[float, float], heights: tuple[float, float]) -> None:
+    """Draw the walls, the three axes and their ticks behind everything."""
+    walls, _ = _projected(_PANES * _BOX)
+    axes.add_collection(
+        PolyCollection(list(walls), facecolors=("#f4f5f6", "#f0f1f3", "#f8f9fa"), edgecolors="none"), autolim=False
+    )
+    lines, _ = _projected(_EDGES * _BOX)
+    segments = list(lines)
+    for (start, end), ends, outward in zip(lines, (columns, rows[::-1], heights), _OUTWARD, strict=True):
+        for tick in _round_steps(min(ends), max(ends)):
+            at = start + (end - start) * (tick - ends[0]) / (ends[1] - ends[0])
+            segments.append(np.array([at, at + 0.4 * np.array(outward)]))
+            x, y = at + np.array(outward)
+            axes.text(
+                x,
+                y,
+                f"{tick:g}",
+                size=_SMALL_PT,
+                color=QUIET,
+                ha="left" if outward[0] else "center",
+                va="top" if outward[1] else "center",
+            )
+    axes.add_collection(LineCollection(segments, colors="#b8c2cc", linewidths=0.7), autolim=False)

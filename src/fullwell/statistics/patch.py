@@ -56,18 +56,32 @@ def patch_statistics(
     if not n:
         raise ValueError("a patch has at least one pixel")
     mean = float(values.mean(dtype=np.float64))
-    residuals = values - mean
+    residuals, removed = without_surface(values - mean, terms=terms)
+    dof = n - removed
+    variance = float(np.sum(residuals**2)) / dof if dof > 0 else float("nan")
+    return PatchStatistics(n=n, dof=dof, mean=mean, variance=variance)
+
+
+def without_surface(values: NDArray[np.float64], *, terms: Literal[1, 3, 6] = 6) -> tuple[NDArray[np.float64], int]:
+    """Return values less a polynomial surface, and how many of its terms a patch of that size can tell apart.
+
+    Parameters
+    ----------
+    values
+        Shape (..., rows, columns); each leading index has a surface of its own.
+    terms
+        As in `patch_statistics`.
+
+    """
+    rows, columns = values.shape[-2:]
     degree = {1: 0, 3: 1, 6: 2}[terms]
     down, across = _basis(rows, degree), _basis(columns, degree)
-    sums = down @ residuals @ across.T
+    sums = down @ values @ across.T
     squares = np.outer(np.sum(down**2, axis=1), np.sum(across**2, axis=1))
     own = np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) <= degree
     own &= squares > 0.0
     shares = np.divide(sums, squares, out=np.zeros_like(sums), where=own)
-    residuals -= down.T @ shares @ across
-    dof = n - int(own.sum())
-    variance = float(np.sum(residuals**2)) / dof if dof > 0 else float("nan")
-    return PatchStatistics(n=n, dof=dof, mean=mean, variance=variance)
+    return values - down.T @ shares @ across, int(own.sum())
 
 
 def _basis(length: int, degree: int) -> NDArray[np.float64]:

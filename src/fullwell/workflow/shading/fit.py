@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.errors import UsageError
+from fullwell.figures.results import Row
 from fullwell.findings import Finding
-from fullwell.fit.shading.extent import corner_and_edges, residual_rms
 from fullwell.fit.shading.surface import ShadingModel
 from fullwell.frames.series import Kind, Study
 from fullwell.frames.study import load_study
@@ -48,6 +48,8 @@ class MeasuredShading:
         Its frames and facts.
     bursts
         By ascending ISO and exposure.
+    rows
+        Corner, edges and residuals of every model.
     findings
         What is to be said about the flats and what was left out of them.
 
@@ -55,6 +57,7 @@ class MeasuredShading:
 
     study: Study
     bursts: tuple[BurstShading, ...]
+    rows: tuple[Row, ...]
     findings: tuple[Finding, ...]
 
 
@@ -89,7 +92,7 @@ def fit_maps(path: Path, out: Path, *, options: Options, progress: Progress | No
         document = write_document(
             folder,
             "fit",
-            {"study": str(path), "bursts": [_said(measured.study, one) for one in measured.bursts]},
+            {"study": str(path), "bursts": [_said(measured, one) for one in measured.bursts]},
             findings=measured.findings,
             options=options,
             study=path,
@@ -125,51 +128,51 @@ def measure_study(path: Path, *, options: Options, progress: Progress | None = N
         groups = group_by_iso(measured, reduction.statistics, reduction.sums)
         isos = [measure_iso(study, group, workers=options.workers) for group in groups if group.flats]
         bursts = tuple(one for iso in isos for one in iso.shadings)
+        rows = tuple(row for iso in isos for row in iso.section.rows if row.quantity.startswith("shading_"))
         own = [(one.bursts, replace(one.section, findings=_concerned(one.section.findings))) for one in isos]
         findings = (*study.findings, *reduction.findings, *over_isos(own))
     if not bursts:
         reasons = "; ".join(one.message for one in findings if one.code == "shading-not-measured")
         raise UsageError(f"The shading of {path} cannot be fitted. {reasons or 'No flat burst could be read.'}")
-    return MeasuredShading(study=study, bursts=bursts, findings=findings)
+    return MeasuredShading(study=study, bursts=bursts, rows=rows, findings=findings)
 
 
 def _concerned(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(one for one in findings if one.code.startswith("shading-") or one.code in _CONCERNED)
 
 
-def _said(study: Study, burst: BurstShading) -> Mapping[str, object]:
+def _said(measured: MeasuredShading, burst: BurstShading) -> Mapping[str, object]:
+    found = [row for row in measured.rows if (row.iso, row.exposure_s) == (burst.iso, burst.burst.exposure_s)]
     return {
-        "map": f"{MAPS}/{shading_file(study, burst).stem}.npz",
+        "map": f"{MAPS}/{shading_file(measured.study, burst).stem}.npz",
         "iso": burst.iso,
         "exposure_s": burst.burst.exposure_s,
         "frames": burst.burst.frames,
-        "channels": [_channel(one) for one in burst.channels],
+        "channels": [_channel(one, [row for row in found if row.channel == one.channel]) for one in burst.channels],
     }
 
 
-def _channel(one: ChannelShading) -> Mapping[str, object]:
+def _channel(one: ChannelShading, rows: Sequence[Row]) -> Mapping[str, object]:
     return {
         "channel": one.channel,
         "chosen": one.fits.chosen,
         "black_level_dn": one.black_dn,
         "maximum_dn": one.fits.best.maximum_dn,
         "centre": {"row": one.fits.best.centre[0], "column": one.fits.best.centre[1], "unit": "pixel of the plane"},
-        "models": [_model(model, one) for model in one.fits.models.values()],
+        "models": [
+            _model(model, [row for row in rows if row.method == model.name]) for model in one.fits.models.values()
+        ],
     }
 
 
-def _model(model: ShadingModel, one: ChannelShading) -> Mapping[str, object]:
-    extent = corner_and_edges(model)
+def _model(model: ShadingModel, rows: Sequence[Row]) -> Mapping[str, object]:
     return {
         "model": model.name,
         "terms": model.effective_terms,
         "cross_validation": model.gcv,
         "cross_validation_error": model.gcv_error,
         "misfit": model.misfit,
-        "corner": _number(extent.corner),
-        "edge_x": _number(extent.edge_x),
-        "edge_y": _number(extent.edge_y),
-        "residual_rms": _number(residual_rms(model, one.data)),
+        **{row.quantity.removeprefix("shading_"): _number(row.measured) for row in rows},
     }
 
 

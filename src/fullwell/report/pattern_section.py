@@ -37,7 +37,7 @@ def fixed_pattern(material: Material) -> Section:
         Part(title="Against ISO", pictures=_course(material, published), tables=_constancy(material)),
         Part(
             title="Rows, columns, pixels",
-            lead="The squares of the three parts add up to that of the whole." if pivots else "",
+            lead="The squares of the three parts add up to that of the whole, but for their errors." if pivots else "",
             pivots=material.pivots(*_parts("prnu", "%"), *_parts("dsnu", "DN")),
         ),
         Part(title="PRNU of each tile", tabs=_tiles(material)),

@@ -17,7 +17,6 @@ from fullwell.report.plots import (
     QUIET,
     Picture,
     beside,
-    canvas,
     channel_legend,
     color_of,
     grid_of,
@@ -143,16 +142,14 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
     """
     groups = list(table.split("channel"))
     old = dict(published.split("channel")) if published is not None else {}
-    figure, panels = canvas(1, max(len(groups), 2), height_in=2.7)
-    for spare in panels[len(groups) :]:
-        spare.set_visible(False)
-    for axes, (name, points) in zip(panels, groups, strict=False):
+    figure = sheet(2.7)
+    grid = figure.add_gridspec(1, max(len(groups), 2), left=0.055, right=0.995, top=0.83, bottom=0.17, wspace=0.2)
+    panels = [figure.add_subplot(grid[0, index]) for index in range(len(groups))]
+    for axes, (name, points) in zip(panels, groups, strict=True):
         channel = str(name)
         tile = np.arange(1, len(points) + 1)
         if (row := pooled.get(channel)) is not None:
-            axes.axhline(row.measured.value, color=color_of(channel), linewidth=1.2)
-            if row.measured.ci95:
-                axes.axhspan(*row.measured.ci95, color=color_of(channel), alpha=0.15, linewidth=0.0)
+            _level(axes, row)
         axes.errorbar(
             tile,
             points.numbers("prnu"),
@@ -162,9 +159,7 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
             color=color_of(channel),
             elinewidth=1.0,
         )
-        own = points.numbers("legacy")
-        theirs = old.get(channel, old.get("G") if channel in ("G1", "G2") else None)
-        legacy = theirs.numbers("prnu") if theirs is not None and not np.isfinite(own).any() else own
+        legacy = _published_tiles(points, old, channel)
         axes.plot(
             np.arange(1, len(legacy) + 1) + 0.25, legacy, linestyle="", marker="D", color=QUIET, markerfacecolor="none"
         )
@@ -172,7 +167,7 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
         axes.set_xlabel("Tile")
         axes.locator_params(axis="y", nbins=5)
         axes.set_xticks([1, 4, 8, 12, 16] if len(tile) == 16 else tile)
-    top = 1.08 * max(axes.get_ylim()[1] for axes in panels[: len(groups)])
+    top = 1.08 * max(axes.get_ylim()[1] for axes in panels)
     for axes in panels:
         axes.set_ylim(0.0, top)
     panels[0].set_ylabel("PRNU [%]")
@@ -181,7 +176,7 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
         key("whole plane"),
         key("published", color=QUIET, linestyle="none", marker="D"),
     ]
-    figure.legend(handles=extra, loc="outside upper right", ncols=3)
+    figure.legend(handles=extra, loc="upper right", ncols=3)
     return vector_picture(
         figure,
         alt=f"PRNU of every tile at {iso_title(_known(iso))}, a panel per channel, the whole plane as a line",
@@ -242,6 +237,20 @@ def std_against_exposure(table: Table) -> Picture:
             "misses, and shot noise, none of which is a straight line: this intercept says nothing about the dark."
         ),
     )
+
+
+def _level(axes: Axes, row: Row) -> None:
+    """Draw a figure as a line and its 95 % interval as a band."""
+    axes.axhline(row.measured.value, color=color_of(row.channel), linewidth=1.2)
+    if row.measured.ci95:
+        axes.axhspan(*row.measured.ci95, color=color_of(row.channel), alpha=0.15, linewidth=0.0)
+
+
+def _published_tiles(points: Table, published: Mapping[Value, Table], channel: str) -> NDArray[np.float64]:
+    """Return the study's figures of its own tiles: of the channel, else of the mean of both greens [%]."""
+    own = points.numbers("legacy")
+    theirs = published.get(channel, published.get("G") if channel in ("G1", "G2") else None)
+    return own if theirs is None or np.isfinite(own).any() else theirs.numbers("prnu")
 
 
 def _points(axes: Axes, place: Sequence[float], rows: Sequence[Row], *, marker: str, filled: bool) -> None:

@@ -73,7 +73,7 @@ def pattern_rows(rng: np.random.Generator) -> list[Row]:
 
 
 def pattern_curves(rng: np.random.Generator) -> list[Curve]:
-    profile, by_tile, regions, repeats, spread, same = [], [], [], [], [], []
+    profile, by_tile, regions, repeats, spread, same, legacy = [], [], [], [], [], [], []
     for iso in ISOS:
         k = gain_at(iso)
         for channel, response in RESPONSE.items():
@@ -83,15 +83,14 @@ def pattern_curves(rng: np.random.Generator) -> list[Curve]:
             profile += [
                 (iso, 0.03, channel, int(x), one, one / at) for x, one, at in zip(column, before, shape, strict=True)
             ]
-            by_tile += [
-                (iso, channel, *tile, PRNU * (1 + rng.normal(0, 0.03)), 0.021, 1.4 * (1 + rng.normal(0, 0.02)))
-                for tile in tiles()
-            ]
+            by_tile += [(iso, channel, *tile, PRNU * (1 + rng.normal(0, 0.03)), 0.021, None) for tile in tiles()]
             sigma = math.hypot(4.1 * k, 0.35)
             regions += [
                 (iso, channel, 504 * (i % 4), 378 * (i // 4), 504, 378, sigma * (1 + rng.normal(0, 2e-3)), sigma * 2e-3)
                 for i in range(16)
             ]
+        for channel, spread_of in (("all", 25.0), ("R", 1.4), ("G", 1.0), ("B", 1.4)):
+            legacy += [(iso, channel, *tile, spread_of * (1 + rng.normal(0, 0.02))) for tile in tiles()]
         sigma = math.hypot(4.1 * k, 0.35)
         for repeat in range(1, 6):
             noise = sigma * (1 + rng.normal(0, 2e-3))
@@ -110,6 +109,7 @@ def pattern_curves(rng: np.random.Generator) -> list[Curve]:
             profile,
         ),
         curve("prnu_tiles", {**at, **place, "prnu": PERCENT, "std_error": PERCENT, "legacy": PERCENT}, by_tile),
+        curve("prnu_tiles_legacy", {**at, **place, "prnu": PERCENT}, legacy),
         curve("read_noise_regions", {**at, **place, "read_noise": DN, "std_error": DN}, regions),
         curve("read_noise_repeats", {"iso": "1", "repeat": "1", "flow1": DN, "flow2": DN}, repeats),
         curve("std_exposure", {"iso": "1", "exposure_s": "s", "std": DN, "fitted": DN}, spread),

@@ -1,7 +1,8 @@
 """Threads that work side by side until all is done, one fails, or the user interrupts."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from threading import Event
 from typing import Final, Protocol, TypeVar
 
@@ -58,9 +59,13 @@ def run_threads(work: Callable[[int, Event], None], *, workers: int) -> None:
 
 
 def in_threads(work: Callable[[_Item], _Found], items: Iterable[_Item], *, workers: int) -> tuple[_Found, ...]:
-    """Return ``work(item)`` of every item, in their order, computed side by side.
-
-    Linear algebra keeps to one thread within each, since two layers of threads slow each other down.
-    """
-    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(max(1, workers)) as pool:
+    """Return ``work(item)`` of every item, in their order, computed side by side."""
+    with one_algebra_thread(), ThreadPoolExecutor(max(1, workers)) as pool:
         return tuple(pool.map(work, items))
+
+
+@contextmanager
+def one_algebra_thread() -> Generator[None]:
+    """Keep linear algebra to one thread: on many small matrices its own threads cost more than they bring."""
+    with threadpool_limits(1, user_api="blas"):
+        yield

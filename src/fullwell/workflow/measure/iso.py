@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from fullwell.frames.series import Study
+from fullwell.workflow.executor import one_algebra_thread
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.dark_current import measure_dark_current
 from fullwell.workflow.measure.dark_noise import measure_dark_noise
@@ -56,6 +57,11 @@ class IsoMeasurement:
 
 def measure_iso(study: Study, bursts: IsoBursts, *, workers: int) -> IsoMeasurement:
     """Measure levels, noise, dark current, photon transfer, range, fixed pattern and shading at one ISO."""
+    with one_algebra_thread():
+        return _measured(study, bursts, workers)
+
+
+def _measured(study: Study, bursts: IsoBursts, workers: int) -> IsoMeasurement:
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     bursts, unlit_findings = usable_unlit(bursts, whites)
     levels_section, levels = measure_levels(study, bursts, whites)

@@ -15,7 +15,7 @@ from fullwell.statistics.pattern import pattern
 from fullwell.units import DN, DN2, ONE, PERCENT, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.nonuniformity import PERCENT2, PRNU_METHODS
-from fullwell.workflow.measure.pattern_maps import INTERCEPT, ChannelMaps, Combination, IsoMaps, floor_of
+from fullwell.workflow.measure.pattern_maps import INTERCEPT, ChannelMaps, IsoMaps, floor_of
 from fullwell.workflow.measure.regions import Region, central_crop, central_tiles
 from fullwell.workflow.measure.section import RowWriter, Section
 
@@ -72,7 +72,8 @@ def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, *, width: int, heigh
         for asked in (_asked_prnu(one), _DSNU):
             if asked is None or asked.map_name not in one.maps:
                 continue
-            variances = [_variance(one, asked, region, cell) for region in regions]
+            floor = floor_of(one.combinations[asked.map_name], one.channel)
+            variances = [_variance(one, asked, floor, region, cell) for region in regions]
             same = constancy(variances)
             rows += _rows(bursts, one.channel, asked, regions, variances, crop=crop)
             if asked.quantity == "prnu":
@@ -98,25 +99,24 @@ def _asked_prnu(maps: ChannelMaps) -> _Asked | None:
     return None
 
 
-def _variance(maps: ChannelMaps, asked: _Asked, region: Region, cell: int) -> Measured:
+def _variance(maps: ChannelMaps, asked: _Asked, floor: NoiseFloor, region: Region, cell: int) -> Measured:
     """Return the signed variance of one tile, in the squared unit it is shown in."""
     piece = maps.maps[asked.map_name][region.plane(cell)]
     found = pattern(piece, tile=max(piece.shape), relative=asked.relative)
-    floor = _local_floor(maps, maps.combinations[asked.map_name], region, cell)
+    size = maps.flats[0].plane(maps.channel).tiles.size
     unit = ONE if asked.relative else DN2
-    return nonuniformity(found, floor, unit=unit).total.scaled(asked.factor, asked.variance_unit)
-
-
-def _local_floor(maps: ChannelMaps, combination: Combination, region: Region, cell: int) -> NoiseFloor:
-    """Return the noise floor of the grid tile that holds the region's centre."""
-    floor = floor_of(combination, maps.channel)
-    size = combination.bursts[0].plane(maps.channel).tiles.size
-    row = min((region.y + region.height // 2) // cell // size, floor.variance.shape[0] - 1)
-    column = min((region.x + region.width // 2) // cell // size, floor.variance.shape[1] - 1)
-    dof = np.broadcast_to(floor.dof, floor.variance.shape)
-    return replace(
-        floor, variance=floor.variance[row : row + 1, column : column + 1], dof=dof[row : row + 1, column : column + 1]
+    return nonuniformity(found, _local(floor, size * cell, region), unit=unit).total.scaled(
+        asked.factor, asked.variance_unit
     )
+
+
+def _local(floor: NoiseFloor, tile: int, region: Region) -> NoiseFloor:
+    """Return the noise floor of the tile of so many mosaic pixels that holds the region's centre."""
+    rows, columns = floor.variance.shape
+    row = min((region.y + region.height // 2) // tile, rows - 1)
+    column = min((region.x + region.width // 2) // tile, columns - 1)
+    here = (slice(row, row + 1), slice(column, column + 1))
+    return replace(floor, variance=floor.variance[here], dof=np.broadcast_to(floor.dof, floor.variance.shape)[here])
 
 
 def _rows(

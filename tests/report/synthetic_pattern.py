@@ -188,7 +188,9 @@ def response_pictures(seed: int = 5) -> tuple[ResponsePicture, ...]:
         for kind, edge in (("crop", 120), ("tile", 32)):
             x = np.linspace(-1, 1, edge)
             slope = 26000.0 * (1 - 0.04 * np.add.outer(x**2, x**2)) * (1 + rng.normal(0, 0.007, (edge, edge)))
-            title = "G1, central megapixel" if kind == "crop" else "G1, first tile of 64 x 64 pixels"
+            title = (
+                f"slope of every pixel of G1 at 1360, 1028, {'central crop' if kind == 'crop' else 'one tile of it'}"
+            )
             pictures.append(
                 ResponsePicture(iso=iso, channel="G1", title=title, image=slope, unit=DN_PER_SECOND, kind=kind)
             )

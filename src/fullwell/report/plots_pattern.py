@@ -1,5 +1,6 @@
 """Fixed pattern: PRNU per channel, tile and ISO beside the published figures, pixel responses, standard deviations."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -33,6 +34,8 @@ from fullwell.report.plots_surface import Surface, draw_surfaces, space
 
 _FEW_DECADES: Final = 8.0
 _TILE_FACETS: Final = 64
+_TITLE_WIDTH: Final = 46
+"""Letters of a line of a title over half the page."""
 
 
 def by_channel(best: Sequence[Row], whole: Sequence[Row], tiles: Sequence[Row]) -> Picture:
@@ -195,14 +198,15 @@ def responses(pictures: Sequence[ResponsePicture]) -> Picture:
     height = 3.1 * lines + 0.1
     figure = sheet(height)
     grid = figure.add_gridspec(
-        lines, columns, left=0.06, right=0.94, top=1.0 - 0.3 / height, bottom=0.1 / height, wspace=0.1, hspace=0.14
+        lines, columns, left=0.06, right=0.94, top=1.0 - 0.42 / height, bottom=0.1 / height, wspace=0.1, hspace=0.2
     )
     for index, picture in enumerate(pictures):
         image = np.asarray(picture.image, float)
         rows, across = (np.arange(size, dtype=float) for size in image.shape)
         axes = space(figure, grid[index // columns, index % columns])
         draw_surfaces(axes, [Surface(rows=rows, columns=across, values=image)], most=_TILE_FACETS)
-        axes.set_title(f"{picture.title} [{show_unit(picture.unit)}]", loc="center", y=1.0)
+        title = f"{picture.title[:1].upper()}{picture.title[1:]} [{show_unit(picture.unit)}]"
+        axes.set_title(textwrap.fill(title, _TITLE_WIDTH), loc="center", y=1.0)
     return pixel_picture(
         figure,
         colors=256,

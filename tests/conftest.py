@@ -1,6 +1,9 @@
 """Fixtures every room's tests share."""
 
 import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # tests run side by side: threads of small matrices would fight
+
 from collections.abc import Callable
 from pathlib import Path
 

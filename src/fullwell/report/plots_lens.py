@@ -171,7 +171,7 @@ def published_map(planes: Sequence[ShadingPicture]) -> Picture | None:
     apart = [_PERCENT * (np.asarray(plane.legacy) / plane.normalized - 1.0) for plane in planes]
     figure = sheet(2.75)
     panels = [figure.add_subplot(1, max(len(planes), 3), index + 1) for index in range(len(planes))]
-    figure.subplots_adjust(left=0.01, right=0.99, top=0.9, bottom=0.22, wspace=0.06)
+    figure.subplots_adjust(left=0.01, right=0.99, top=0.88, bottom=0.3, wspace=0.06)
     limit = symmetric_limit(*apart, share=99.5, least=0.01)
     shown: ScalarMappable | None = None
     for axes, plane, one in zip(panels, planes, apart, strict=True):
@@ -179,7 +179,7 @@ def published_map(planes: Sequence[ShadingPicture]) -> Picture | None:
         axes.set_title(f"{plane.channel}: corners {_percent(_corners(one))}")
         axes.title.set_color(color_of(plane.channel))
     if shown is not None:
-        bar = figure.add_axes((0.3, 0.2, 0.4, 0.035))
+        bar = figure.add_axes((0.3, 0.22, 0.4, 0.035))
         figure.colorbar(shown, cax=bar, orientation="horizontal", label="published map / chosen map − 1 [%]")
     return pixel_picture(
         figure,

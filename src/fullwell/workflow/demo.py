@@ -11,6 +11,8 @@ from typing import Final
 from fullwell.figures.results import Results, Row
 from fullwell.files import replaced_folder
 from fullwell.findings import Finding
+from fullwell.frames.selection import Selection
+from fullwell.frames.series import Camera
 from fullwell.glossary import RECOMMENDED
 from fullwell.report.write import check_target, write_files
 from fullwell.simulate.config import SimulationConfig, parse_config
@@ -122,7 +124,7 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
     """
     check_target(out)
     config = pixel_study() if full else pixel_study().halved()
-    options = Options(workers=workers)
+    options = Options(selection=Selection(camera=camera_of(config)), workers=workers)
     with replaced_folder(out) as folder:
         began = time.monotonic()
         simulated = simulate_config(config, folder / STUDY, workers=workers, progress=progress)
@@ -142,6 +144,16 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
         comparison = json.dumps(_comparison(outcome), indent=1) + "\n"
         (folder / COMPARISON).write_text(comparison, encoding="utf-8", newline="\n")
     return outcome
+
+
+def camera_of(config: SimulationConfig) -> Camera:
+    """Return the facts about a simulated camera that its raw files do not carry."""
+    return Camera(
+        pixel_pitch_um=config.sensor.pixel_pitch_um,
+        voltage_swing_v=config.voltage_swing_v,
+        base_iso=config.sensor.base_iso,
+        focal_length_mm=config.lens.focal_length_mm,
+    )
 
 
 def pixel_study() -> SimulationConfig:

@@ -32,9 +32,9 @@ def shading_pictures(shadings: Sequence[BurstShading], surfaces: Surfaces) -> tu
 
 def _shading_picture(shading: BurstShading, one: ChannelShading, surface: Poly22 | None) -> ShadingPicture:
     data, model = one.data, one.fits.best
-    step = [-(-size // MOST_POINTS) for size in data.signal_dn.shape]
-    rows, columns = data.rows[:: step[0]], data.columns[:: step[1]]
-    measured = data.signal_dn[:: step[0], :: step[1]]
+    step = -(-max(data.signal_dn.shape) // MOST_POINTS)
+    rows, columns = data.rows[::step], data.columns[::step]
+    measured = data.signal_dn[::step, ::step]
     fitted = model.surface(rows[:, None], columns[None, :])
     cosine = one.fits.models.get("cos4-fixed")
     return ShadingPicture(

@@ -54,9 +54,9 @@ def measure_noise_regions(bursts: IsoBursts) -> Section:
 
 
 def _regions(plane: PlaneStatistics, cell: int) -> tuple[_RegionNoise, ...]:
-    """Pool the tiles of each cell of a grid of 4 x 4; nothing where there are fewer tiles than that."""
+    """Pool the tiles of each cell of a grid of 4 x 4; nothing with fewer tiles, or without noise."""
     tiles = plane.tiles
-    if min(tiles.n.shape) < ACROSS or plane.frames < 2:
+    if min(tiles.n.shape) < ACROSS or plane.frames < 2 or plane.temporal_variance <= 0.0:
         return ()
     edges = [[size * k // ACROSS for k in range(ACROSS + 1)] for size in tiles.n.shape]
     found: list[_RegionNoise] = []

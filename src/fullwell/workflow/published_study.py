@@ -77,7 +77,7 @@ def measure_published_study(
         if response is None:
             continue
         sections.append(Section(rows=tuple(_response_rows(one.bursts, response)), curves=(_tiles(one, response),)))
-        if tables is not None and study.cfa != MONO:
+        if tables is not None:
             write_iso_tables(response, tables, workers=options.workers)
     if tables is not None:
         spanning = _study_tables(study, groups, base, look, coefficients)

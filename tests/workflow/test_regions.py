@@ -1,8 +1,9 @@
 """Regions of the mosaic: inside it, even, and alike at every size."""
 
-from fullwell.workflow.measure.regions import central_crop, central_tiles
 from hypothesis import given
 from hypothesis import strategies as st
+
+from fullwell.workflow.measure.regions import central_crop, central_tiles
 
 SIDES = st.integers(min_value=64, max_value=12000)
 

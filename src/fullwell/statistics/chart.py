@@ -1,6 +1,10 @@
-"""Patches of a chart: mean and variances per CFA plane, uneven light and flicker removed (METHOD 1.1, 1.11)."""
+"""Patches of a chart: mean and variances per CFA plane, uneven light and flicker removed (METHOD 1.1, 1.11).
 
-from collections.abc import Iterable, Sequence
+`cut_patches` takes the patches out of a frame, so that the frame need not be kept; `measure_cuts` measures frames of
+one exposure from what was taken out; `patch_points` does both.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -13,39 +17,30 @@ from fullwell.statistics.patch import without_surface
 MAX_CLIPPED: Final = 1e-3
 """Share of values on a rail above which a patch's variance is not used (METHOD 1.11)."""
 
+Cuts = tuple[NDArray[np.uint16], ...]
+"""The pixels of each patch of one frame [DN]."""
+
 
 class Region(Protocol):
     """A rectangle of the visible mosaic, even in all its numbers [pixel], and what it is a picture of."""
 
     @property
-    def name(self) -> str:
-        """Return what the chart calls it."""
-        ...
+    def name(self) -> str: ...  # noqa: D102 - what the chart calls it
 
     @property
-    def x(self) -> int:
-        """Return the first column."""
-        ...
+    def x(self) -> int: ...  # noqa: D102 - first column
 
     @property
-    def y(self) -> int:
-        """Return the first row."""
-        ...
+    def y(self) -> int: ...  # noqa: D102 - first row
 
     @property
-    def width(self) -> int:
-        """Return the number of columns."""
-        ...
+    def width(self) -> int: ...  # noqa: D102 - columns
 
     @property
-    def height(self) -> int:
-        """Return the number of rows."""
-        ...
+    def height(self) -> int: ...  # noqa: D102 - rows
 
     @property
-    def density(self) -> float | None:
-        """Return the optical density, None where nobody knows it."""
-        ...
+    def density(self) -> float | None: ...  # noqa: D102 - None where nobody knows it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,8 +55,8 @@ class PatchPoint:
         Pixels of the plane.
     frames
         L.
-    mean_dn
-        Over pixels and frames [DN].
+    mean_dn, frame_means_dn
+        Over pixels and frames, and of each frame [DN].
     variance_dn2, dof
         Of a single frame about its quadratic surface, temporal noise and fixed pattern together, mean over the frames
         [DN^2]; its degrees of freedom, n - 6 for one frame, by Satterthwaite for several.
@@ -70,6 +65,10 @@ class PatchPoint:
         (L - 1)(n - 6) degrees of freedom. NaN and 0 for one frame.
     spatial_variance_dn2, spatial_dof
         Of the mean of the L frames about its surface, temporal noise over L left in [DN^2]; n - 6 degrees of freedom.
+    row_variance_dn2, column_variance_dn2
+        Parts of a single frame's variance that rows and columns have in common, signed [DN^2].
+    rows, columns
+        Size in pixels of the plane.
     lowest, highest
         Codes [DN].
     clipped_low, clipped_high
@@ -84,12 +83,17 @@ class PatchPoint:
     n: int
     frames: int
     mean_dn: float
+    frame_means_dn: tuple[float, ...]
     variance_dn2: float
     dof: float
     temporal_variance_dn2: float
     temporal_dof: float
     spatial_variance_dn2: float
     spatial_dof: float
+    row_variance_dn2: float
+    column_variance_dn2: float
+    rows: int
+    columns: int
     lowest: int
     highest: int
     clipped_low: float
@@ -102,30 +106,28 @@ class PatchPoint:
         return max(self.clipped_low, self.clipped_high) > MAX_CLIPPED
 
     @property
-    def constant(self) -> bool:
-        """Tell whether all values are one code: nothing to be measured there."""
-        return self.lowest == self.highest
+    def admitted(self) -> bool:
+        """Tell whether the patch may take part in fits: not clipped, and more than one code in it."""
+        return not self.clipped and self.dof > 0 and self.highest > self.lowest
 
 
 def patch_points(
     mosaics: Sequence[NDArray[np.uint16]],
-    patches: Iterable[Region],
+    patches: Sequence[Region],
     *,
     cfa: str,
     white_dn: float | Sequence[float] | None,
 ) -> tuple[PatchPoint, ...]:
-    """Measure every patch in every CFA plane.
+    """Measure every patch in every CFA plane of frames of one exposure.
 
     Parameters
     ----------
     mosaics
-        Frames of one exposure of a still scene, each of shape (height, width) [DN].
+        Frames of a still scene, each of shape (height, width) [DN].
     patches
         Where the patches are; they lie inside the frames.
-    cfa
-        Order at the visible top-left pixel.
-    white_dn
-        White level, one or one per CFA site [DN]; None where unknown: nothing counts as clipped there.
+    cfa, white_dn
+        As in `measure_cuts`.
 
     Returns
     -------
@@ -133,16 +135,49 @@ def patch_points(
         By patch, then by CFA site.
 
     """
-    named = channels(cfa)
-    whites = [white_dn] * len(named) if white_dn is None or isinstance(white_dn, (int, float)) else list(white_dn)
+    return measure_cuts([cut_patches(mosaic, patches) for mosaic in mosaics], patches, cfa=cfa, white_dn=white_dn)
+
+
+def cut_patches(mosaic: NDArray[np.uint16], patches: Sequence[Region]) -> Cuts:
+    """Return copies of the pixels of every patch."""
+    return tuple(mosaic[patch.y : patch.y + patch.height, patch.x : patch.x + patch.width].copy() for patch in patches)
+
+
+def plane_of(cut: NDArray[np.uint16], site: int, *, cfa: str) -> NDArray[np.uint16]:
+    """Return one CFA site's pixels of a mosaic or of a patch that begins on a whole cell, a view."""
     step = cell(cfa)
+    return cut[..., site // step :: step, site % step :: step]
+
+
+def measure_cuts(
+    frames: Sequence[Cuts],
+    patches: Sequence[Region],
+    *,
+    cfa: str,
+    white_dn: float | Sequence[float] | None,
+) -> tuple[PatchPoint, ...]:
+    """Measure patches that were taken out of frames of one exposure.
+
+    Parameters
+    ----------
+    frames
+        What `cut_patches` took out of each.
+    patches
+        What they are.
+    cfa
+        Order at the visible top-left pixel.
+    white_dn
+        White level, one or one per CFA site [DN]; None where unknown: nothing counts as clipped there.
+
+    """
+    named = channels(cfa)
+    whites: Sequence[float | None]
+    whites = [white_dn] * len(named) if white_dn is None or isinstance(white_dn, int | float) else white_dn
     found: list[PatchPoint] = []
-    for patch in patches:
+    for index, patch in enumerate(patches):
+        stack = np.stack([cuts[index] for cuts in frames])
         for site, (channel, white) in enumerate(zip(named, whites, strict=True)):
-            rows = slice(patch.y + site // step, patch.y + patch.height, step)
-            columns = slice(patch.x + site % step, patch.x + patch.width, step)
-            stack = np.stack([mosaic[rows, columns] for mosaic in mosaics])
-            found.append(_point(stack, patch, channel=channel, white_dn=white))
+            found.append(_point(plane_of(stack, site, cfa=cfa), patch, channel=channel, white_dn=white))
     return tuple(found)
 
 
@@ -150,7 +185,8 @@ def _point(stack: NDArray[np.uint16], patch: Region, *, channel: str, white_dn: 
     """Measure one plane of one patch, ``stack`` of shape (frames, rows, columns)."""
     frames, rows, columns = stack.shape
     n = rows * columns
-    mean = float(stack.mean(dtype=np.float64))
+    means = stack.mean(axis=(1, 2), dtype=np.float64)
+    mean = float(means.mean())
     residuals, terms = without_surface(stack - mean)
     dof = n - terms
     together = residuals.mean(axis=0)
@@ -166,12 +202,17 @@ def _point(stack: NDArray[np.uint16], patch: Region, *, channel: str, white_dn: 
         n=n,
         frames=frames,
         mean_dn=mean,
+        frame_means_dn=tuple(means.tolist()),
         variance_dn2=variance,
         dof=total_dof,
         temporal_variance_dn2=temporal,
         temporal_dof=float(temporal_dof),
         spatial_variance_dn2=spatial,
         spatial_dof=float(dof),
+        row_variance_dn2=_line_variance(residuals.mean(axis=2), variance, columns),
+        column_variance_dn2=_line_variance(residuals.mean(axis=1), variance, rows),
+        rows=rows,
+        columns=columns,
         lowest=int(stack.min()),
         highest=int(stack.max()),
         clipped_low=float(np.mean(stack == 0)),
@@ -188,6 +229,17 @@ def _single_frame(spatial: float, dof: int, temporal: float, temporal_dof: int, 
     total = spatial + share
     doubt = spatial**2 / dof + share**2 / temporal_dof
     return total, total**2 / doubt if doubt > 0.0 else float(dof)
+
+
+def _line_variance(line_means: NDArray[np.float64], variance: float, length: int) -> float:
+    """Return what lines of ``length`` pixels share, from their means, shape (frames, lines); signed.
+
+    Across the lines the surface has taken three terms.
+    """
+    frames, lines = line_means.shape
+    if lines <= 3:
+        return 0.0
+    return _sum_of_squares(line_means) / (frames * (lines - 3)) - variance / length
 
 
 def _sum_of_squares(values: NDArray[np.float64]) -> float:

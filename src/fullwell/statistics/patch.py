@@ -62,7 +62,7 @@ def patch_statistics(
     return PatchStatistics(n=n, dof=dof, mean=mean, variance=variance)
 
 
-def without_surface(values: NDArray[np.float64], *, terms: Literal[1, 3, 6] = 6) -> tuple[NDArray[np.float64], int]:
+def without_surface(values: NDArray[np.floating], *, terms: Literal[1, 3, 6] = 6) -> tuple[NDArray[np.float64], int]:
     """Return values less a polynomial surface, and how many of its terms a patch of that size can tell apart.
 
     Parameters

@@ -21,8 +21,8 @@ class TonalResponse:
     log_signal
         log10((mean - offset) / (white level - offset)); NaN at or below the offset.
     slope
-        Local slope of ``log_signal`` (central differences); 1 for a linear response without stray light, less where
-        flare flattens it.
+        Local slope of ``log_signal`` from the patches on either side; 1 for a linear response without stray light, less
+        where flare flattens it; NaN at both ends and beside values that are.
 
     """
 
@@ -48,4 +48,22 @@ def tonal_response(means_dn: ArrayLike, densities: ArrayLike, *, offset_dn: floa
         White level [DN].
 
     """
-    raise NotImplementedError
+    means, density = np.asarray(means_dn, np.float64), np.asarray(densities, np.float64)
+    known = np.flatnonzero(np.isfinite(density) & np.isfinite(means))
+    patch = known[np.argsort(-density[known], kind="stable")]
+    exposure = -density[patch]
+    signal = _log10((means[patch] - offset_dn) / (white_dn - offset_dn))
+    slope = np.full(patch.shape, np.nan)
+    wide = exposure[2:] - exposure[:-2]
+    slope[1:-1] = (signal[2:] - signal[:-2]) / np.where(wide > 0.0, wide, np.nan)
+    return TonalResponse(
+        patch=patch,
+        log_exposure=exposure,
+        log_pixel=_log10(means[patch] / white_dn),
+        log_signal=signal,
+        slope=slope,
+    )
+
+
+def _log10(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.log10(np.where(values > 0.0, values, np.nan))

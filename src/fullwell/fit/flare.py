@@ -3,11 +3,21 @@
 Flare and offset add to every patch alike: one exposure of one chart tells their sum, never both.
 """
 
+import math
 from dataclasses import dataclass
+from typing import Final
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from fullwell.units import Measured
+from fullwell.fit.goodness import is_misfit
+from fullwell.fit.solvers import root_between
+from fullwell.units import DN, ONE, Measured
+
+_FEWEST: Final = 3
+_ITERATIONS: Final = 6
+_LARGEST_SCATTER: Final = 0.5
+"""Share of its light by which a patch may differ from its density."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,11 +62,12 @@ def fit_flare(
     Parameters
     ----------
     signal_dn
-        Mean above the identified offset of each patch of one channel, clipped patches left out, shape (N,) [DN].
+        Mean above the identified offset of each patch of one channel, shape (N,); NaN for clipped patches, whose
+        density still says which is the lightest [DN].
     std_error_dn
         Of each mean, that of the offset not included, shape (N,) [DN].
     densities
-        Density of each patch, shape (N,).
+        Density of each patch, shape (N,); NaN where unknown.
     offset_std_error_dn
         Standard error of the offset [DN].
     identified
@@ -69,8 +80,80 @@ def fit_flare(
     Raises
     ------
     ValueError
-        Where the offset is not identified: flare and offset then cannot be told apart; with fewer than three patches,
-        or fewer than three different densities.
+        Where the offset is not identified: flare and offset then cannot be told apart; with fewer than three different
+        densities; where patches do not get darker with density.
 
     """
-    raise NotImplementedError
+    signal, noise, density = (np.asarray(values, np.float64) for values in (signal_dn, std_error_dn, densities))
+    if not identified:
+        raise ValueError("flare and offset add alike: densities tell flare only where other evidence gives the offset")
+    known = np.isfinite(signal) & np.isfinite(density) & np.isfinite(noise) & (noise > 0.0)
+    if np.unique(density[known]).size < _FEWEST:
+        raise ValueError("flare needs three patches of different density or more")
+    points = _Points(
+        signal=signal[known],
+        variance=noise[known] ** 2,
+        transmission=10.0 ** -(density[known] - float(np.nanmin(density))),
+    )
+    dof = points.signal.size - 2
+    alone = _line(points, 0.0)
+    scatter = 0.0 if alone.chi_square <= dof else _scatter(points, dof)
+    line = alone if scatter == 0.0 else _line(points, scatter)
+    misfit = is_misfit(line.chi_square, dof)
+    covariance = line.covariance * (line.chi_square / dof if misfit else 1.0)
+    law = float(dof) if scatter > 0.0 or misfit else None
+    response, constant = line.coefficients
+    flare = constant / response
+    gradient = np.array([-flare, 1.0]) / response
+    error = math.sqrt(float(gradient @ covariance @ gradient))
+    return FlareFit(
+        flare=Measured.student(flare, math.hypot(error, offset_std_error_dn / response), law, ONE),
+        flare_at_offset=Measured.student(flare, error, law, ONE),
+        response=Measured.student(response, math.sqrt(float(covariance[0, 0])), law, DN),
+        density_scatter=scatter / math.log(10.0),
+        chi_square=alone.chi_square,
+        dof=dof,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Points:
+    signal: NDArray[np.float64]
+    variance: NDArray[np.float64]
+    transmission: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Line:
+    """Signal against transmission: response and constant, their covariance, and chi-square."""
+
+    coefficients: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    chi_square: float
+
+
+def _line(points: _Points, scatter: float) -> _Line:
+    """Fit a line whose points scatter by their noise and by a share ``scatter`` of the light that passes the chart."""
+    design = np.stack([points.transmission, np.ones_like(points.transmission)], axis=-1)
+    response = float(points.signal.max())
+    coefficients, covariance, chi_square = np.zeros(2), np.zeros((2, 2)), 0.0
+    for _ in range(_ITERATIONS):
+        weights = 1.0 / (points.variance + (scatter * response * points.transmission) ** 2)
+        covariance = np.asarray(np.linalg.inv(design.T @ (weights[:, None] * design)), np.float64)
+        coefficients = covariance @ (design.T @ (weights * points.signal))
+        chi_square = float(weights @ (points.signal - design @ coefficients) ** 2)
+        response = float(coefficients[0])
+        if scatter == 0.0:
+            break
+    if response <= 0.0:
+        raise ValueError("the patches do not get darker with density: check the densities and their order")
+    return _Line(coefficients=coefficients, covariance=covariance, chi_square=chi_square)
+
+
+def _scatter(points: _Points, dof: int) -> float:
+    """Return the share that makes chi-square its expectation (Paule and Mandel), at most ``_LARGEST_SCATTER``."""
+
+    def surplus(scatter: float) -> float:
+        return _line(points, scatter).chi_square - dof
+
+    return _LARGEST_SCATTER if surplus(_LARGEST_SCATTER) > 0.0 else root_between(surplus, 0.0, _LARGEST_SCATTER)

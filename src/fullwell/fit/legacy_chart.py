@@ -3,12 +3,15 @@
 Source: the Imatest page on sensor noise. METHOD 2.2, 7 and 8 say by how much each is off.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from fullwell.units import Measured
+from fullwell.fit.legacy import legacy_offset_ratio
+from fullwell.units import DECIBEL, DN, ELECTRON, ONE, STOP, Measured
 
 PUBLISHED_RATIO: Final = 1e5
 """Published ratio of brightest over darkest patch, found there by trial and error."""
@@ -92,7 +95,15 @@ def legacy_offset(
         Brightest over darkest patch once the offset is taken off; above 1.
 
     """
-    raise NotImplementedError
+    means = np.asarray(means_dn, np.float64)
+    if densities is not None:
+        known = np.asarray(densities, np.float64)
+        ratio = min(ratio, 10.0 ** float(np.nanmax(known) - np.nanmin(known)))
+    if ratio <= 1.0:
+        raise ValueError("the ratio of brightest over darkest patch has to be above 1")
+    return LegacyOffset(
+        offset=legacy_offset_ratio(float(means.min()), float(means.max()), ratio=ratio), ratio=float(ratio)
+    )
 
 
 def legacy_max_noise_patch(signal_dn: ArrayLike, variance_dn2: ArrayLike, *, system_gain: float) -> LegacySaturation:
@@ -108,7 +119,23 @@ def legacy_max_noise_patch(signal_dn: ArrayLike, variance_dn2: ArrayLike, *, sys
         K of the published fit, D k_shot^2 [DN/e-].
 
     """
-    raise NotImplementedError
+    signal, variance = np.asarray(signal_dn, np.float64), np.asarray(variance_dn2, np.float64)
+    order = np.argsort(signal, kind="stable")
+    place = int(np.argmax(variance[order]))
+    patch = int(order[place])
+    last = place == signal.size - 1
+    around = order[max(place - 1, 0) : place + 2]
+    level = Measured(
+        value=float(signal[patch]), unit=DN, ci95=(float(signal[around].min()), float(signal[around].max()))
+    )
+    if last:
+        level = Measured.exact(level.value, DN)
+    return LegacySaturation(
+        signal=level,
+        electrons=level.scaled(1.0 / system_gain, ELECTRON),
+        patch=patch,
+        flags=("lower-bound",) if last else (),
+    )
 
 
 def legacy_patch_range(
@@ -131,4 +158,34 @@ def legacy_patch_range(
         None where no patch below the one of largest noise has a signal above zero.
 
     """
-    raise NotImplementedError
+    signal, variance = np.asarray(signal_dn, np.float64), np.asarray(variance_dn2, np.float64)
+    seen = (signal > 0.0) & (variance > 0.0)
+    density = -np.log10(np.where(seen, signal, np.nan)) if densities is None else np.asarray(densities, np.float64)
+    seen &= np.isfinite(density)
+    if not seen.any():
+        return None
+    order = np.flatnonzero(seen)[np.argsort(density[seen], kind="stable")]
+    top = int(np.argmax(variance[order]))
+    excess = np.log(signal[order] / np.sqrt(variance[order]) / snr)
+    below = np.arange(top + 1, order.size)
+    if below.size == 0:
+        return None
+    nearest = int(below[np.argmin(np.abs(excess[below]))])
+    under = below[excess[below] < 0.0]
+    flags = ("lower-bound",) if top == 0 or under.size == 0 else ()
+    scale = density[order]
+    decades = float(scale[nearest] - scale[top])
+    bracket = None
+    if not flags:
+        crossing = int(under[0])
+        low = min(scale[crossing - 1], scale[nearest]) - scale[top + 1]
+        high = max(scale[crossing], scale[nearest]) - scale[top - 1]
+        bracket = (max(float(low), 0.0), float(high))
+    in_decades = Measured(value=decades, unit=ONE, ci95=bracket)
+    return LegacyRange(
+        decibel=in_decades.scaled(20.0, DECIBEL),
+        stops=in_decades.scaled(math.log2(10.0), STOP),
+        brightest=int(order[top]),
+        darkest=int(order[nearest]),
+        flags=flags,
+    )

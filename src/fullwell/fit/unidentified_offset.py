@@ -4,12 +4,14 @@ Photon transfer cannot tell the offset: a shift of it goes into A without trace.
 comes from the published optimizer, k_dark is an interval and no more.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.units import Measured
+from fullwell.fit.noise_coefficients import dark_sensitivity_to_offset
+from fullwell.units import ONE, Measured, square_root, student_975
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +58,28 @@ def unidentified_dark(
         Degrees of freedom of the covariance; None for many.
 
     """
-    raise NotImplementedError
+    reach = student_975(dof)
+    low, high = min(*shifts_dn, 0.0), max(*shifts_dn, 0.0)
+    ends: list[float] = []
+    for shift, side in ((low, -1.0), (high, 1.0)):
+        powers = np.array([1.0, shift, shift**2])
+        error = math.sqrt(float(powers @ covariance @ powers))
+        dark = float(powers @ coefficients)
+        ends.append((dark if side < 0.0 else max(dark, 0.0)) + side * reach * error)
+    spread = float(coefficients[1]) * (high - low) / math.sqrt(12.0)
+    scale = digital_maximum**-2
+    variance = Measured(
+        value=float(coefficients[0]) * scale,
+        unit=ONE,
+        std_error=math.hypot(math.sqrt(float(covariance[0, 0])), spread) * scale,
+        dof=dof,
+        ci95=(ends[0] * scale, ends[1] * scale),
+    )
+    return UnidentifiedDark(
+        k_dark=square_root(variance, ONE),
+        k_dark_variance=variance,
+        sensitivity=dark_sensitivity_to_offset(coefficients),
+    )
 
 
 def offset_range(coefficients: NDArray[np.float64], *, darkest_dn: float) -> tuple[float, float]:
@@ -70,4 +93,6 @@ def offset_range(coefficients: NDArray[np.float64], *, darkest_dn: float) -> tup
         Signal of the darkest patch above the offset used [DN].
 
     """
-    raise NotImplementedError
+    dark, shot, fixed = (float(value) for value in coefficients)
+    root = math.sqrt(max(shot**2 - 4.0 * dark * fixed, 0.0))
+    return min(-2.0 * dark / (shot + root), darkest_dn), darkest_dn

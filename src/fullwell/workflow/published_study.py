@@ -12,7 +12,7 @@ from fullwell.fit.legacy_map import LegacyMap, Poly22, evaluate, fit_legacy_map
 from fullwell.fit.legacy_regions import StudyRegions, study_regions
 from fullwell.fit.legacy_study import StudyResponse, response_figures, study_response
 from fullwell.frames.series import Study
-from fullwell.raw.cfa import ALL, MONO
+from fullwell.raw.cfa import ALL
 from fullwell.report.study_tables import ShadingCoefficients, StudyTables, write_iso_tables, write_study_tables
 from fullwell.units import DN, ONE, VOLT, Measured
 from fullwell.workflow.executor import Progress

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.fit.correlated_noise import dof_divisor
 from fullwell.fit.variance_components import variance_components
 from fullwell.statistics.series import PlaneStatistics, TileStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -103,9 +104,12 @@ def correlation_inflation(plane: PlaneStatistics, variance_dn2: float) -> float:
 
     """
     parts = variance_components(plane.mean_squares, plane.shape)
-    row_share = max(parts.tv.value, 0.0) / variance_dn2
-    column_share = max(parts.th.value, 0.0) / variance_dn2
-    return 1.0 + (plane.columns - 1) * row_share**2 + (plane.rows - 1) * column_share**2
+    return dof_divisor(
+        rows=plane.rows,
+        columns=plane.columns,
+        row_share=parts.tv.value / variance_dn2,
+        column_share=parts.th.value / variance_dn2,
+    )
 
 
 def unlit_for_transfer(bursts: IsoBursts, channel: str) -> tuple[Burst, ...]:

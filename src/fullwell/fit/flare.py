@@ -97,7 +97,7 @@ def fit_flare(
     )
     dof = points.signal.size - 2
     alone = _line(points, 0.0)
-    scatter = 0.0 if alone.chi_square <= dof else _scatter(points, dof)
+    scatter = 0.0 if alone.excess <= 0.0 else _scatter(points)
     line = alone if scatter == 0.0 else _line(points, scatter)
     misfit = is_misfit(line.chi_square, dof)
     covariance = line.covariance * (line.chi_square / dof if misfit else 1.0)
@@ -125,35 +125,46 @@ class _Points:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Line:
-    """Signal against transmission: response and constant, their covariance, and chi-square."""
+    """Signal against transmission: response and constant, their covariance, chi-square, and the score of the scatter.
+
+    ``excess`` is the derivative of the restricted likelihood by the scatter's variance: zero at its maximum.
+    """
 
     coefficients: NDArray[np.float64]
     covariance: NDArray[np.float64]
     chi_square: float
+    excess: float
 
 
 def _line(points: _Points, scatter: float) -> _Line:
     """Fit a line whose points scatter by their noise and by a share ``scatter`` of the light that passes the chart."""
     design = np.stack([points.transmission, np.ones_like(points.transmission)], axis=-1)
     response = float(points.signal.max())
-    coefficients, covariance, chi_square = np.zeros(2), np.zeros((2, 2)), 0.0
-    for _ in range(_ITERATIONS):
-        weights = 1.0 / (points.variance + (scatter * response * points.transmission) ** 2)
+    coefficients, covariance = np.zeros(2), np.zeros((2, 2))
+    weights = light = np.ones_like(points.transmission)
+    for _ in range(1 if scatter == 0.0 else _ITERATIONS):
+        light = response * points.transmission
+        weights = 1.0 / (points.variance + (scatter * light) ** 2)
         covariance = np.asarray(np.linalg.inv(design.T @ (weights[:, None] * design)), np.float64)
         coefficients = covariance @ (design.T @ (weights * points.signal))
-        chi_square = float(weights @ (points.signal - design @ coefficients) ** 2)
         response = float(coefficients[0])
-        if scatter == 0.0:
-            break
+    residuals = points.signal - design @ coefficients
+    leverage = weights * np.einsum("ip,pq,iq->i", design, covariance, design)
+    share = weights * light**2
     if response <= 0.0:
         raise ValueError("the patches do not get darker with density: check the densities and their order")
-    return _Line(coefficients=coefficients, covariance=covariance, chi_square=chi_square)
+    return _Line(
+        coefficients=coefficients,
+        covariance=covariance,
+        chi_square=float(weights @ residuals**2),
+        excess=float(share @ (weights * residuals**2 - (1.0 - leverage))),
+    )
 
 
-def _scatter(points: _Points, dof: int) -> float:
-    """Return the share that makes chi-square its expectation (Paule and Mandel), at most ``_LARGEST_SCATTER``."""
+def _scatter(points: _Points) -> float:
+    """Return the share of the light that maximizes the restricted likelihood, at most ``_LARGEST_SCATTER``."""
 
-    def surplus(scatter: float) -> float:
-        return _line(points, scatter).chi_square - dof
+    def excess(scatter: float) -> float:
+        return _line(points, scatter).excess
 
-    return _LARGEST_SCATTER if surplus(_LARGEST_SCATTER) > 0.0 else root_between(surplus, 0.0, _LARGEST_SCATTER)
+    return _LARGEST_SCATTER if excess(_LARGEST_SCATTER) > 0.0 else root_between(excess, 0.0, _LARGEST_SCATTER)

@@ -34,7 +34,8 @@ class TwoFramings:
         Relative variance in each framing alone, weighted as the covariance: temporal noise and texture included [1].
     neighbour_covariance
         Covariance with the pixels beside, zero but for what is smooth over pixels and common to both framings: light
-        that a surface of second order cannot follow, or a shift too small for the texture [1].
+        that a surface of second order cannot follow, or a shift too small for the texture; its error is the most that
+        texture smooth over pixels makes it [1].
     clean
         Whether ``neighbour_covariance`` is zero within three standard errors.
     n
@@ -64,7 +65,8 @@ def two_framings(first_dn: Sequence[NDArray[np.float64]], second_dn: Sequence[ND
     -------
     TwoFramings
         Regions are weighted by inverse variance, sqrt((v1 v2 + c^2) / nu) being the standard error of each; where the
-        texture is smooth over pixels, v1 v2 is the sum over lags of the products of the autocovariances.
+        texture is smooth over pixels, v1 v2 is the sum over lags of the products of the autocovariances. What the
+        removal of the surfaces can take off at most, where both see the same coarse texture, is in the error.
 
     Raises
     ------
@@ -86,21 +88,25 @@ def two_framings(first_dn: Sequence[NDArray[np.float64]], second_dn: Sequence[ND
     for _ in range(_ITERATIONS):
         weights = dof / (noise + float(np.average(covariance, weights=weights)) ** 2)
     pooled = float(np.average(covariance, weights=weights))
-    error = 1.0 / math.sqrt(float(weights.sum()))
+    leak = float(np.average([region.leak for region in regions], weights=weights))
+    error = math.hypot(1.0 / math.sqrt(float(weights.sum())), leak)
     beside = float(np.average([region.neighbours for region in regions], weights=weights))
     return TwoFramings(
         prnu_variance=boundary_variance(pooled, error, dof=None),
         first_variance=float(np.average([region.first for region in regions], weights=weights)),
         second_variance=float(np.average([region.second for region in regions], weights=weights)),
-        neighbour_covariance=Measured.normal(beside, 0.5 * error, ONE),
-        clean=abs(beside) <= 3.0 * 0.5 * error,
+        neighbour_covariance=Measured.normal(beside, error, ONE),
+        clean=abs(beside) <= 3.0 * error,
         n=sum(region.n for region in regions),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Region:
-    """One region: covariance, that with the four pixels beside, variances, and nu Var(covariance) for no PRNU."""
+    """One region: covariance, that with the four pixels beside, variances, and nu Var(covariance) for no PRNU.
+
+    ``leak`` is the most that texture, smooth over the shift, can take off with the surfaces.
+    """
 
     n: int
     dof: int
@@ -109,6 +115,7 @@ class _Region:
     first: float
     second: float
     noise: float
+    leak: float
 
 
 def _region(first_dn: NDArray[np.float64], second_dn: NDArray[np.float64]) -> _Region:
@@ -128,6 +135,7 @@ def _region(first_dn: NDArray[np.float64], second_dn: NDArray[np.float64]) -> _R
         first=float(own[0, 0]) * scale,
         second=float(others[0, 0]) * scale,
         noise=max(white, float(np.sum(own * others))) * scale**2,
+        leak=SURFACE_TERMS / dof * max(min(float(own.sum()), float(others.sum())), 0.0),
     )
 
 

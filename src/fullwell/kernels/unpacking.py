@@ -16,7 +16,7 @@ def unpack_rows(
     Parameters
     ----------
     packed
-        Bytes of the rows, at least ``row_bytes`` times as many as ``out`` has rows.
+        Bytes of the rows; those that pad the last row may be missing.
     out
         Array of ``uint16``, shape (rows, columns), filled [DN].
     bits
@@ -42,7 +42,9 @@ def unpack_rows_plain(
     """Do what `unpack_rows` does, one array expression for each step."""
     _check(packed, out, bits=bits, row_bytes=row_bytes, first_column=first_column)
     rows, columns = out.shape
-    single = np.unpackbits(packed[: rows * row_bytes].reshape(rows, row_bytes), axis=1)
+    used = ((first_column + columns) * bits + 7) // 8
+    lines = np.lib.stride_tricks.as_strided(packed, (rows, used), (row_bytes * packed.strides[0], packed.strides[0]))
+    single = np.unpackbits(np.ascontiguousarray(lines), axis=1)
     wanted = single[:, first_column * bits : (first_column + columns) * bits].reshape(rows, columns, bits)
     weights = (1 << np.arange(bits - 1, -1, -1)).astype(np.uint16)
     out[...] = (wanted * weights).sum(axis=2, dtype=np.uint16)
@@ -52,7 +54,7 @@ def _check(packed: NDArray[np.uint8], out: NDArray[np.uint16], *, bits: int, row
     rows, columns = out.shape
     if not 1 <= bits <= 16 or first_column < 0 or (first_column + columns) * bits > 8 * row_bytes:
         raise ValueError(f"rows of {row_bytes} bytes do not hold {first_column + columns} samples of {bits} bits")
-    if rows * row_bytes > packed.size:
+    if rows and (rows - 1) * row_bytes + ((first_column + columns) * bits + 7) // 8 > packed.size:
         raise ValueError(f"{packed.size} bytes do not hold {rows} rows of {row_bytes} bytes")
 
 

@@ -87,6 +87,11 @@ class ChartDefinition:
         return any(len(set(one.rgb)) > 1 for one in self.patches)
 
     @property
+    def in_line(self) -> bool:
+        """Whether all patches stand in one row or one column."""
+        return bool(np.ptp(self.centres, axis=0).min() < 1e-6)
+
+    @property
     def centres(self) -> NDArray[np.float64]:
         """Centres of the patches, shape (patches, 2), as fractions of width and height."""
         return np.array([(one.x, one.y) for one in self.patches])

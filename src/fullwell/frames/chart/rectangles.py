@@ -1,0 +1,38 @@
+"""The largest upright rectangle inside a quadrilateral, on even pixels."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SHAPES: Final = 2.0 ** np.linspace(-4.0, 4.0, 65)
+"""Ratios of width to height that are tried."""
+
+
+def inner_rectangle(corners: NDArray[np.float64]) -> tuple[int, int, int, int]:
+    """Return x, y, width and height of the largest upright rectangle around the middle of a convex quadrilateral.
+
+    Parameters
+    ----------
+    corners
+        Its corners in order, shape (4, 2); an even pixel begins at its own number [pixel].
+
+    Examples
+    --------
+    >>> inner_rectangle(np.array([(0.0, 1.0), (21.0, 1.0), (21.0, 9.0), (0.0, 9.0)]))
+    (0, 2, 20, 6)
+
+    """
+    middle = corners.mean(axis=0)
+    edges = np.roll(corners, -1, axis=0) - corners
+    normals = np.column_stack((edges[:, 1], -edges[:, 0]))
+    distance = np.abs(np.sum(normals * (corners - middle), axis=1))
+    width, height = np.sqrt(_SHAPES), 1.0 / np.sqrt(_SHAPES)
+    reach = np.abs(normals[:, :1]) * width + np.abs(normals[:, 1:]) * height
+    scale = np.min(distance[:, None] / np.maximum(reach, 1e-12), axis=0)
+    best = int(np.argmax(scale))
+    half = scale[best] * np.array((width[best], height[best]))
+    left, top = (2 * math.ceil(value / 2 - 1e-6) for value in middle - half)
+    right, bottom = (2 * math.floor(value / 2 + 1e-6) for value in middle + half)
+    return left, top, max(right - left, 0), max(bottom - top, 0)

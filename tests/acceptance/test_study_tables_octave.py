@@ -11,10 +11,12 @@ import pytest
 from independent_study import write_dng
 from pyarrow import csv
 
-from fullwell.fit.legacy_lines import DarkFrames, StdLine, VoltScale, study_dark_lines
-from fullwell.fit.legacy_map import fit_legacy_map
-from fullwell.fit.legacy_regions import study_regions
-from fullwell.fit.legacy_study import LegacyFigure, response_figures, study_response
+from fullwell.fit.legacy.dark import DarkFrames, study_dark_lines
+from fullwell.fit.legacy.regions import study_regions
+from fullwell.fit.legacy.response import LegacyFigure, response_figures, study_response
+from fullwell.fit.legacy.shading_map import fit_legacy_map
+from fullwell.fit.legacy.std_line import StdLine
+from fullwell.fit.legacy.volts import VoltScale
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fullwell.fit.amplification import fit_amplifier_noise
-from fullwell.fit.legacy import legacy_offset_ratio
+from fullwell.fit.legacy.imatest import legacy_offset_ratio
 from fullwell.units import DN, square_root
 
 

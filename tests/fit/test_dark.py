@@ -10,7 +10,7 @@ from fullwell.fit.dark import (
     fit_doubling_temperature,
     slopes_disagree,
 )
-from fullwell.fit.legacy import legacy_frame_slope
+from fullwell.fit.legacy.dark import legacy_frame_slope
 from fullwell.units import DN_PER_ELECTRON, DN_PER_SECOND, Measured, student_975
 
 EXPOSURES = np.array([0.01, 0.02, 0.04, 0.08, 0.16])

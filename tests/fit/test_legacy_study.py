@@ -8,19 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fullwell.fit.legacy_frames import corrected_std, frame_products
-from fullwell.fit.legacy_lines import (
-    DarkFrames,
-    VoltScale,
-    fit_std_line,
-    line_weights,
-    read_noise_repeats,
-    study_dark_lines,
-)
-from fullwell.fit.legacy_map import evaluate, fit_legacy_map, fit_poly22
-from fullwell.fit.legacy_regions import Box, study_regions
-from fullwell.fit.legacy_study import StudyResponse, response_figures, study_response
+from fullwell.fit.legacy.dark import DarkFrames, study_dark_lines
+from fullwell.fit.legacy.least_squares import line_weights
+from fullwell.fit.legacy.read_noise import read_noise_repeats
+from fullwell.fit.legacy.regions import Box, study_regions
+from fullwell.fit.legacy.response import StudyResponse, response_figures, study_response
+from fullwell.fit.legacy.shading_map import evaluate, fit_legacy_map, fit_poly22
+from fullwell.fit.legacy.std_line import fit_std_line
+from fullwell.fit.legacy.volts import VoltScale
 from fullwell.raw.cfa import BAYER, MONO, channels
+from fullwell.statistics.single_frames import corrected_std, frame_products
 
 HEIGHT, WIDTH = 280, 352
 EXPOSURES_S = (0.001, 0.002, 0.004)

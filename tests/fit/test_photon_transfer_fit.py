@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 from scipy.stats import norm
 
 from fullwell.fit.gamma_likelihood import fit_gamma
-from fullwell.fit.legacy import fit_legacy_imatest
+from fullwell.fit.legacy.imatest import fit_legacy_imatest
 from fullwell.fit.noise_coefficients import (
     CRITICAL_RATIO,
     dark_sensitivity_to_offset,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fullwell.fit.censored import is_clipped_low
-from fullwell.fit.legacy import legacy_read_noise
+from fullwell.fit.legacy.read_noise import legacy_read_noise
 from fullwell.fit.read_noise import analogue_read_noise, excess_ratio
 from fullwell.fit.variance_components import (
     EFFECTS,

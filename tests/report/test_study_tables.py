@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fullwell.fit.legacy_lines import ReadNoiseRepeats, StudyDarkLine, VoltScale
-from fullwell.fit.legacy_map import fit_legacy_map
-from fullwell.fit.legacy_regions import study_regions
-from fullwell.fit.legacy_study import StudyResponse, study_response
+from fullwell.fit.legacy.dark import StudyDarkLine
+from fullwell.fit.legacy.read_noise import ReadNoiseRepeats
+from fullwell.fit.legacy.regions import study_regions
+from fullwell.fit.legacy.response import StudyResponse, study_response
+from fullwell.fit.legacy.shading_map import fit_legacy_map
+from fullwell.fit.legacy.volts import VoltScale
 from fullwell.report.study_tables import (
     ShadingCoefficients,
     StudyTables,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fullwell.findings import Severity
-from fullwell.fit.legacy import legacy_read_noise
-from fullwell.fit.legacy_map import fit_legacy_map
+from fullwell.fit.legacy.read_noise import legacy_read_noise
+from fullwell.fit.legacy.shading_map import fit_legacy_map
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study

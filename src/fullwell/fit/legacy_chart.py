@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fullwell.fit.legacy import legacy_offset_ratio
+from fullwell.fit.legacy.imatest import legacy_offset_ratio
 from fullwell.units import DECIBEL, DN, ELECTRON, ONE, STOP, Measured
 
 PUBLISHED_RATIO: Final = 1e5

@@ -16,9 +16,11 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 
-from fullwell.fit.legacy_lines import ReadNoiseRepeats, StudyDarkLine, VoltScale
-from fullwell.fit.legacy_map import Poly22
-from fullwell.fit.legacy_study import ChannelResponse, StudyResponse
+from fullwell.fit.legacy.dark import StudyDarkLine
+from fullwell.fit.legacy.read_noise import ReadNoiseRepeats
+from fullwell.fit.legacy.response import ChannelResponse, StudyResponse
+from fullwell.fit.legacy.shading_map import Poly22
+from fullwell.fit.legacy.volts import VoltScale
 from fullwell.raw.cfa import ALL, MONO, channel_rank
 
 COEFFICIENTS: Final = "shading_coefficients.csv"

@@ -6,7 +6,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.fit.legacy_map import Poly22, evaluate
+from fullwell.fit.legacy.shading_map import Poly22, evaluate
 from fullwell.frames.series import Study
 from fullwell.report.pictures import ResponsePicture, ShadingDifferencePicture, ShadingPicture
 from fullwell.workflow.measure.iso import IsoMeasurement

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from fullwell.figures.results import Column, Curve, Row
-from fullwell.fit.legacy_lines import DarkFrames, StdLine, StudyDarkLine, VoltScale, study_dark_lines
-from fullwell.fit.legacy_map import LegacyMap, Poly22, evaluate, fit_legacy_map
-from fullwell.fit.legacy_regions import StudyRegions, study_regions
-from fullwell.fit.legacy_study import StudyResponse, response_figures, study_response
+from fullwell.fit.legacy.dark import DarkFrames, StudyDarkLine, study_dark_lines
+from fullwell.fit.legacy.regions import StudyRegions, study_regions
+from fullwell.fit.legacy.response import StudyResponse, response_figures, study_response
+from fullwell.fit.legacy.shading_map import LegacyMap, Poly22, evaluate, fit_legacy_map
+from fullwell.fit.legacy.std_line import StdLine
+from fullwell.fit.legacy.volts import VoltScale
 from fullwell.frames.series import Study
 from fullwell.raw.cfa import ALL
 from fullwell.report.study_tables import ShadingCoefficients, StudyTables, write_iso_tables, write_study_tables

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError
 from fullwell.findings import Finding, Severity, listed
-from fullwell.fit.legacy_frames import corrected_std, frame_products
-from fullwell.fit.legacy_lines import ReadNoiseRepeats, StdLine, fit_std_line, read_noise_repeats
-from fullwell.fit.legacy_map import LegacyMap
+from fullwell.fit.legacy.read_noise import ReadNoiseRepeats, read_noise_repeats
+from fullwell.fit.legacy.shading_map import LegacyMap
+from fullwell.fit.legacy.std_line import StdLine, fit_std_line
 from fullwell.frames.series import Frame
 from fullwell.raw.open import decode
 from fullwell.statistics.burst import LEGACY_FRAMES
+from fullwell.statistics.single_frames import corrected_std, frame_products
 from fullwell.workflow.executor import Progress, run_threads
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.read_noise import choose_burst

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.dark import DarkLine
-from fullwell.fit.legacy import legacy_frame_slope
+from fullwell.fit.legacy.dark import legacy_frame_slope
 from fullwell.units import DN
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.dark_level import mean_dark_line

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.censored import fit_censored_normal, trim_hot_pixels
-from fullwell.fit.legacy import legacy_read_noise
+from fullwell.fit.legacy.read_noise import legacy_read_noise
 from fullwell.fit.median_pixel import median_pixel_variance
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.read_noise import analogue_read_noise, excess_ratio

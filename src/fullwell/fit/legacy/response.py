@@ -11,9 +11,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.fit.legacy_lines import line_weights
-from fullwell.fit.legacy_map import LegacyMap
-from fullwell.fit.legacy_regions import Box, StudyRegions
+from fullwell.fit.legacy.least_squares import line_weights
+from fullwell.fit.legacy.regions import Box, StudyRegions
+from fullwell.fit.legacy.shading_map import LegacyMap
 from fullwell.raw.cfa import ALL, MONO, channels
 from fullwell.units import DN, PERCENT
 
@@ -150,7 +150,7 @@ def study_response(
     regions
         From `study_regions`.
     black_dn
-        As in `fit_legacy_map`: None leaves the pedestal in, as published [DN].
+        As in `fit_legacy.shading_map`: None leaves the pedestal in, as published [DN].
 
     Raises
     ------

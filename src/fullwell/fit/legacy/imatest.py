@@ -1,7 +1,6 @@
-"""The published estimators, biased as they are, under their own names: beside the recommended ones, never instead.
+"""The Imatest page on sensor noise: its fit of the noise coefficients and its offset.
 
-Sources: the Imatest page on sensor noise (its Appendix 2 and its text contradict each other: both are here) and the
-Pixel 4a study. METHOD 1.5, 2.2, 3.2 and 4.1 say by how much each is off.
+Its Appendix 2 and its text contradict each other: both are here. METHOD 1.5 and 2.2 say by how much each is off.
 """
 
 import math
@@ -12,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fullwell.fit.solvers import levenberg_marquardt
-from fullwell.statistics.series import LegacyBurst
-from fullwell.units import DN, DN_PER_SECOND, ONE, Measured
+from fullwell.units import DN, ONE, Measured
 
 _NEARLY_ZERO: Final = 1e-3
 """Start of k_fpn: published as 0, where its derivative vanishes and the optimizer would never move it."""
@@ -36,32 +34,6 @@ class LegacyNoiseCoefficients:
     k_shot: Measured
     k_fpn: Measured
     fixed_pattern_dropped: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LegacyReadNoise:
-    """The two flows of the Pixel study, quantization not removed [DN].
-
-    Parameters
-    ----------
-    pair_difference
-        Flow 1: root mean square over pairs of the spatial noise of the difference, over sqrt 2.
-    burst_mean
-        Flow 2: root mean square over frames of the spatial noise of frame minus burst mean; flow 1 times
-        sqrt((L - 1) / L).
-
-    """
-
-    pair_difference: Measured
-    burst_mean: Measured
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LegacyDarkLine:
-    """Ordinary least squares through one frame per exposure, without errors [DN/s, DN]."""
-
-    slope: Measured
-    intercept: Measured
 
 
 def fit_legacy_imatest(
@@ -103,22 +75,6 @@ def fit_legacy_imatest(
         k_shot=Measured.exact(abs(full[1]), ONE),
         k_fpn=Measured.exact(full[2], ONE),
         fixed_pattern_dropped=dropped,
-    )
-
-
-def legacy_read_noise(burst: LegacyBurst) -> LegacyReadNoise:
-    """Return both read-noise flows of the Pixel study (METHOD 3.2)."""
-    return LegacyReadNoise(
-        pair_difference=Measured.exact(math.sqrt(burst.pair_variance / 2.0), DN),
-        burst_mean=Measured.exact(math.sqrt(burst.residual_variance), DN),
-    )
-
-
-def legacy_frame_slope(exposure_s: ArrayLike, first_frame_mean_dn: ArrayLike) -> LegacyDarkLine:
-    """Return the Pixel study's dark slope: the first frame of each exposure, ordinary least squares (METHOD 4.1)."""
-    slope, intercept = np.polyfit(np.asarray(exposure_s, np.float64), np.asarray(first_frame_mean_dn, np.float64), 1)
-    return LegacyDarkLine(
-        slope=Measured.exact(float(slope), DN_PER_SECOND), intercept=Measured.exact(float(intercept), DN)
     )
 
 

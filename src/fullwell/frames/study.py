@@ -42,7 +42,7 @@ def load_study(path: Path, selection: Selection) -> Study:
         Where nothing can be measured: the sentence says what to do.
 
     """
-    return _indexed(source_of(path), path=path, selection=selection)
+    return index_source(source_of(path), path=path, selection=selection)
 
 
 def index_folder(folder: Path, selection: Selection) -> Study:
@@ -58,10 +58,11 @@ def index_folder(folder: Path, selection: Selection) -> Study:
         raise UsageError(
             f"{folder} is no folder. Give the folder that holds the capture folders (dark, flat, bias ...)."
         )
-    return _indexed(discover(folder), path=folder, selection=selection)
+    return index_source(discover(folder), path=folder, selection=selection)
 
 
-def _indexed(source: Source, *, path: Path, selection: Selection) -> Study:
+def index_source(source: Source, *, path: Path, selection: Selection) -> Study:
+    """Read the headers of a source's files; ``path`` is what sentences call it."""
     camera = combined(selection.camera or Camera(), source.camera)
     candidates = [one for one in source.candidates if not selection.kinds or one.kind in selection.kinds]
     if not candidates:

@@ -1,0 +1,313 @@
+"""The verb for charts: shots of a chart become a noise model, from one image or from many."""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import groupby
+from pathlib import Path
+
+from fullwell.errors import UsageError
+from fullwell.figures.results import Results, Row
+from fullwell.files import replaced_folder
+from fullwell.findings import Finding
+from fullwell.fit.black_level import Evidence
+from fullwell.frames.images import load_images
+from fullwell.frames.series import Frame, Kind, Series, Study
+from fullwell.glossary import RECOMMENDED
+from fullwell.raw.cfa import cell
+from fullwell.raw.image import Levels
+from fullwell.report.pictures import Pictures
+from fullwell.report.write import check_target, write_files
+from fullwell.workflow.chart_patches import WhereAbouts, located_finding, place, place_unasked
+from fullwell.workflow.chart_reading import ChartReading, Placed, read_shots
+from fullwell.workflow.executor import Progress
+from fullwell.workflow.measure.chart.chart import BlackChoice, ChartMeasurement, measure_shots
+from fullwell.workflow.measure.section import Section, joined
+from fullwell.workflow.options import Options
+from fullwell.workflow.run import run_facts
+
+IN_A_STUDY = "chart"
+"""Region of the rows of a chart in a study whose other frames tell the same figures."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChartOptions:
+    """What to measure in shots of charts, and how.
+
+    Parameters
+    ----------
+    where
+        Where the patches are.
+    separate
+        Whether the images are different shots rather than frames and exposures of one still scene.
+    black
+        Whether the published optimizer sets the black level.
+    rendered
+        A developed picture of the same scene, JPEG or PNG, to compare with; None for none.
+
+    """
+
+    where: WhereAbouts
+    separate: bool = False
+    rendered: Path | None = None
+    black: BlackChoice = field(default_factory=BlackChoice)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChartOutcome:
+    """What shots of charts came to, and what the report shows of them."""
+
+    section: Section
+    readings: tuple[ChartReading, ...]
+    measurements: tuple[ChartMeasurement, ...]
+
+
+def chart(
+    images: Sequence[Path], out: Path, *, options: Options, asked: ChartOptions, progress: Progress | None = None
+) -> Results:
+    """Measure shots of a chart and write what was found into a folder.
+
+    Parameters
+    ----------
+    images
+        Raw files.
+    out
+        Folder to write; replaced only if it is empty or holds results of ours.
+    options
+        Facts that outrank the files' own, and workers.
+    asked
+        Where the patches are, and what the images have in common.
+    progress
+        Told of every frame; None for silence.
+
+    Returns
+    -------
+    Results
+        What was written.
+
+    Raises
+    ------
+    UsageError
+        An image, a patch or an option is not fit for use, or ``out`` must not be replaced.
+
+    """
+    check_target(out)
+    started = time.monotonic()
+    study = load_images(images, options.selection, kind=Kind.CHART)
+    _refuse_to_replace(study, out)
+    outcome, findings = measure_images(study, options=options, asked=asked, progress=progress)
+    results = Results(
+        study=_describe(study, options, asked, outcome),
+        rows=outcome.section.rows,
+        findings=tuple(sorted((*study.findings, *findings, *outcome.section.findings), key=_order)),
+        curves=outcome.section.curves,
+        run=run_facts(study=study.root, out=out, options=options, started=started),
+    )
+    with replaced_folder(out) as folder:
+        write_files(results, folder, pictures=chart_pictures(outcome))
+    return results
+
+
+def measure_images(
+    study: Study, *, options: Options, asked: ChartOptions, progress: Progress | None = None
+) -> tuple[ChartOutcome, tuple[Finding, ...]]:
+    """Measure images that all belong together.
+
+    Raises
+    ------
+    UsageError
+        Where their ISOs differ, their patches do not fit, or none can be read.
+
+    """
+    if len(study.isos) > 1:
+        named = ", ".join("unknown" if iso is None else f"{iso:g}" for iso in study.isos)
+        raise UsageError(
+            f"The images have different ISOs ({named}): one noise model belongs to one ISO. Choose with --iso, or "
+            "measure them one after the other."
+        )
+    frames = [(series, frame) for series in study.series for frame in series.frames]
+    scenes = [[one] for one in sorted(frames, key=lambda one: one[1].name)] if asked.separate else [frames]
+    placed, findings = place(study, scenes, asked.where)
+    reading = _read(study, placed, options=options, progress=progress)
+    if not reading.shots.scenes:
+        said = reading.excluded[0].reason if reading.excluded else "they cannot be read"
+        raise UsageError(f"None of the images can be measured: {said.rstrip('.')}.")
+    measurement = measure_shots(study, reading.shots, black=asked.black)
+    outcome = ChartOutcome(section=measurement.section, readings=(reading,), measurements=(measurement,))
+    return outcome, (*located_finding(placed), *findings, *reading.findings)
+
+
+def measure_chart_folders(
+    study: Study,
+    rows: Sequence[Row],
+    *,
+    options: Options,
+    others: Mapping[float | None, Mapping[str, Evidence]] | None = None,
+    progress: Progress | None = None,
+) -> ChartOutcome:
+    """Measure the charts of a study: every folder of them is one still scene, all of an ISO go into one table.
+
+    Parameters
+    ----------
+    study
+        Its series of kind chart are measured.
+    rows
+        What its other frames told: figures that stand there already are given the region ``chart`` here, and none of
+        those is recommended.
+    options
+        Workers.
+    others
+        Black level of each channel, and of ``all``, by ISO, as dark frames tell it.
+    progress
+        Told of every frame; None for silence.
+
+    Returns
+    -------
+    ChartOutcome
+        Empty where the study has no charts; findings stand in its section.
+
+    """
+    sections: list[Section] = []
+    readings: list[ChartReading] = []
+    measurements: list[ChartMeasurement] = []
+    for iso in study.isos:
+        frames = [(series, frame) for series in study.select(Kind.CHART, iso=iso) for frame in series.frames]
+        if not frames:
+            continue
+        placed, findings = place_unasked(study, _by_folder(frames))
+        sections.append(Section(findings=(*located_finding(placed), *findings)))
+        if not placed:
+            continue
+        reading = _read(study, placed, options=options, progress=progress)
+        readings.append(reading)
+        sections.append(Section(findings=reading.findings))
+        if reading.shots.scenes:
+            evidence = (others or {}).get(iso, {})
+            measurement = measure_shots(study, reading.shots, black=BlackChoice(others=evidence))
+            measurements.append(measurement)
+            sections.append(_beside(measurement.section, rows))
+    return ChartOutcome(section=joined(sections), readings=tuple(readings), measurements=tuple(measurements))
+
+
+def _order(finding: Finding) -> tuple[int, str]:
+    return (finding.severity.rank, finding.code)
+
+
+def chart_pictures(_outcome: ChartOutcome) -> Pictures:
+    """Return what the report shows of the shots."""
+    return Pictures()
+
+
+def _read(study: Study, placed: Sequence[Placed], *, options: Options, progress: Progress | None) -> ChartReading:
+    whites = None if study.white_level is None else study.white_level.values
+    sites = cell(study.cfa) ** 2
+    if whites is not None and len(whites) < sites:
+        whites = whites[:1] * sites
+    return read_shots(
+        study,
+        placed,
+        whites_dn=whites,
+        masked=options.selection.crop is None,
+        workers=options.workers,
+        progress=progress,
+    )
+
+
+def _by_folder(frames: Sequence[tuple[Series, Frame]]) -> list[list[tuple[Series, Frame]]]:
+    def folder(one: tuple[Series, Frame]) -> str:
+        return one[1].name.rpartition("/")[0]
+
+    return [list(group) for _, group in groupby(sorted(frames, key=lambda one: (folder(one), one[1].name)), key=folder)]
+
+
+def _beside(section: Section, rows: Sequence[Row]) -> Section:
+    """Give figures that other frames have told already a region of their own, and no recommendation."""
+    taken = {_key(row) for row in rows if RECOMMENDED in row.flags}
+    marked = tuple(
+        replace(
+            row,
+            region=IN_A_STUDY,
+            flags=tuple(flag for flag in row.flags if flag != RECOMMENDED),
+        )
+        if _key(row) in taken and row.region is None
+        else row
+        for row in section.rows
+    )
+    return replace(section, rows=marked)
+
+
+def _key(row: Row) -> tuple[object, ...]:
+    return (row.quantity, row.channel, row.measured.unit, row.iso, row.temperature_c, row.snr_threshold)
+
+
+def _refuse_to_replace(study: Study, out: Path) -> None:
+    target = out.resolve()
+    for series in study.series:
+        for frame in series.frames:
+            if target in frame.header.path.resolve().parents:
+                raise UsageError(f"{out} holds {frame.name}, and results would replace it; name another folder with -o")
+
+
+def _describe(study: Study, options: Options, asked: ChartOptions, outcome: ChartOutcome) -> Mapping[str, object]:
+    hashes = {name: digest for reading in outcome.readings for name, digest in reading.hashes.items()}
+    excluded = [*study.excluded, *(one for reading in outcome.readings for one in reading.excluded)]
+    gone = {one.name for one in excluded}
+    return {
+        "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
+        "width": study.width,
+        "height": study.height,
+        "cfa": study.cfa,
+        "bit_depth": study.bit_depth,
+        "black_level": _describe_levels(study.black_level),
+        "white_level": _describe_levels(study.white_level),
+        "settings": _settings(options, asked, outcome),
+        "patches": [
+            {"scene": scene.name, **asdict(patch)}
+            for measurement in outcome.measurements
+            for scene in measurement.shots.scenes
+            for patch in scene.patches
+        ],
+        "files": [
+            {
+                "path": frame.name,
+                "size": frame.size,
+                "xxh3_128": hashes.get(frame.name),
+                "kind": series.kind.value,
+                "iso": series.iso,
+                "exposure_s": series.exposure_s,
+                "black_level": _describe_levels(frame.header.black_level),
+                "white_level": _describe_levels(frame.header.white_level),
+            }
+            for series in study.series
+            for frame in series.frames
+            if frame.name not in gone
+        ],
+        "excluded": [
+            {"path": one.name, "code": one.code, "reason": one.reason}
+            for one in sorted(excluded, key=lambda one: one.name)
+        ],
+    }
+
+
+def _settings(options: Options, asked: ChartOptions, outcome: ChartOutcome) -> Mapping[str, object]:
+    selection = options.selection
+    maxima = [measurement.levels.digital_maximum for measurement in outcome.measurements]
+    return {
+        "chart": asked.where.chart,
+        "patches": [path.name for path in asked.where.patches],
+        "corners": None if asked.where.corners is None else [list(corner) for corner in asked.where.corners],
+        "separate": asked.separate,
+        "black_method": "legacy-offset-ratio" if asked.black.legacy else "evidence",
+        "black_ratio": asked.black.ratio,
+        "iso": list(selection.isos),
+        "cfa": selection.cfa,
+        "black_level": None if selection.black_level is None else list(selection.black_level),
+        "white_level": selection.white_level,
+        "crop": None if selection.crop is None else list(selection.crop),
+        "digital_maximum_dn": maxima[0] if maxima else None,
+        "digital_maximum_is": "white level",
+    }
+
+
+def _describe_levels(levels: Levels | None) -> Mapping[str, object] | None:
+    return None if levels is None else {"values": list(levels.values), "source": levels.source, "tag": levels.tag}

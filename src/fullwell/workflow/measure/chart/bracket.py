@@ -1,0 +1,120 @@
+"""The black level from exposures of one still scene (METHOD 2.3 (i), 2.5)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.fit.exposure_bracket import ExposureBracket, fit_exposure_bracket
+from fullwell.fit.offset_drift import frame_drift, repeat_levels
+from fullwell.statistics.chart import PatchPoint
+from fullwell.workflow.measure.chart.noise_model import ChartModel
+from fullwell.workflow.measure.chart.shots import Exposure, Scene, Shots
+
+SIGNIFICANT = 2.0
+"""Standard errors at which the offset is said to move from frame to frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bracket:
+    """One scene's exposures, solved for some channels together.
+
+    Parameters
+    ----------
+    scene
+        Its number.
+    channels
+        Those that share the offset.
+    solved
+        The bracket; its columns are the patches of the first channel, then those of the second, ...
+
+    """
+
+    scene: int
+    channels: tuple[str, ...]
+    solved: ExposureBracket
+
+
+def solve_brackets(
+    shots: Shots, models: Sequence[ChartModel | None], channels: Sequence[str], *, guess_dn: float, range_dn: float
+) -> tuple[Bracket, ...]:
+    """Return what every scene with two exposures or more says about the offset that some channels share.
+
+    Parameters
+    ----------
+    shots
+        The scenes.
+    models
+        Noise models of all channels at the level ``guess_dn``, for the weights; None: as measured.
+    channels
+        Which channels to take together.
+    guess_dn
+        A black level that the models go by [DN].
+    range_dn
+        White level less black level [DN].
+
+    """
+    found: list[Bracket] = []
+    for number, scene in enumerate(shots.scenes):
+        if len(scene.exposures) < 2:
+            continue
+        points = [[point for channel in channels for point in one.of(channel)] for one in scene.exposures]
+        weights = [
+            [_noise(point, models[shots.channels.index(point.channel)], guess_dn) for point in row] for row in points
+        ]
+        drift = _drift(scene, channels, weights, guess_dn)
+        try:
+            solved = fit_exposure_bracket(
+                [[point.mean_dn for point in row] for row in points],
+                [
+                    [noise / (point.n * point.frames) for point, noise in zip(row, noises, strict=True)]
+                    for row, noises in zip(points, weights, strict=True)
+                ],
+                used=[[point.admitted for point in row] for row in points],
+                digital_maximum=range_dn,
+                drift_dn=drift,
+                frames=[one.frames for one in scene.exposures],
+            )
+        except ValueError:
+            continue
+        found.append(Bracket(scene=number, channels=tuple(channels), solved=solved))
+    return tuple(found)
+
+
+def _noise(point: PatchPoint, model: ChartModel | None, guess_dn: float) -> float:
+    """Return the part of a single frame's variance that is new in every exposure: fixed pattern scales with light.
+
+    A and B of the model hold read noise, shot noise and, as an upper bound, the pattern of the dark [DN^2].
+    """
+    measured = point.variance_dn2 if point.admitted else np.nan
+    if model is None:
+        return float(measured)
+    line = model.coefficients[0] + model.coefficients[1] * (point.mean_dn - guess_dn)
+    return float(line) if line > 0.0 else float(measured)
+
+
+def _drift(scene: Scene, channels: Sequence[str], noises: Sequence[Sequence[float]], guess_dn: float) -> float:
+    """Return by how much the offset moves from frame to frame, 0 where that is not seen [DN]."""
+    found = [
+        frame_drift(*_levels(exposure, channels, np.array(noise), guess_dn))
+        for exposure, noise in zip(scene.exposures, noises, strict=True)
+        if exposure.frames > 1
+    ]
+    known = [one for one in found if one.std_error]
+    if not known:
+        return 0.0
+    weight = np.array([one.dof or 1.0 for one in known])
+    value = float(weight @ [one.value for one in known] / weight.sum())
+    error = float(np.linalg.norm(weight * [one.std_error or 0.0 for one in known]) / weight.sum())
+    return value**0.5 if value > SIGNIFICANT * error else 0.0
+
+
+def _levels(
+    exposure: Exposure, channels: Sequence[str], noise: NDArray[np.float64], guess_dn: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points = [point for channel in channels for point in exposure.of(channel)]
+    kept = np.array([point.admitted for point in points])
+    means = np.array([point.frame_means_dn for point in points]).T[:, kept]
+    variances = np.broadcast_to((noise / np.array([point.n for point in points]))[kept], means.shape)
+    return repeat_levels(means, variances, offset_dn=guess_dn)

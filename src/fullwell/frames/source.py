@@ -13,6 +13,7 @@ RAW_SUFFIXES: Final = frozenset(
         ".tif",
         ".tiff",
         ".png",
+        ".pgm",
         ".fits",
         ".fit",
         ".fts",

@@ -15,7 +15,13 @@ from fullwell.findings import Severity
 from fullwell.raw.decode import decode_segments
 from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
+from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
+from fullwell.raw.fits import decode_fits, read_fits_header
 from fullwell.raw.image import RawHeader, RawImage
+from fullwell.raw.netpbm import SIGNATURES as NETPBM_SIGNATURES
+from fullwell.raw.netpbm import decode_netpbm, read_netpbm_header
+from fullwell.raw.numpy_file import SIGNATURE as NUMPY_SIGNATURE
+from fullwell.raw.numpy_file import decode_numpy, read_numpy_header
 from fullwell.raw.png import SIGNATURE as PNG_SIGNATURE
 from fullwell.raw.png import decode_png, read_png_header
 from fullwell.raw.segments import Layout
@@ -25,6 +31,7 @@ from fullwell.raw.tiff import read_tiff_header
 _TIFF_SIGNATURES: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _JPEG_SIGNATURE: Final = b"\xff\xd8\xff"
 _HEAD_BYTES: Final = 64
+_DECODERS: Final = {"png": decode_png, "fits": decode_fits, "npy": decode_numpy, "pgm": decode_netpbm}
 
 
 def read_header(path: Path) -> RawHeader:
@@ -64,6 +71,12 @@ def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
         return reader(path, directories)
     if head.startswith(PNG_SIGNATURE):
         return read_png_header(path, head, size)
+    if head.startswith(FITS_SIGNATURE):
+        return read_fits_header(path, size)
+    if head.startswith(NUMPY_SIGNATURE):
+        return read_numpy_header(path, size)
+    if head.startswith(NETPBM_SIGNATURES) and head[2:3].isspace():
+        return read_netpbm_header(path, size)
     if head.startswith(_JPEG_SIGNATURE):
         raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
     raise UnreadableFileError("not-a-raw-file", "this is not a raw file of a kind Fullwell reads")
@@ -123,7 +136,7 @@ def decode(
     if isinstance(header.layout, Layout):
         mosaic = decode_segments(header.layout, view, header.active_area, out=out)
     else:
-        mosaic = decode_png(header, view)
+        mosaic = _DECODERS[header.format](header, view)
     mosaic = mosaic.view()
     mosaic.flags.writeable = False
     return mosaic

@@ -7,6 +7,8 @@ electrons. D is the digital maximum: 2^bits - 1, or that less the black level; t
 import math
 from dataclasses import dataclass
 
+from fullwell.model.conversions import k_shot_variance, unlit_electrons2
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseCoefficients:
@@ -62,9 +64,15 @@ def noise_coefficients(
         Distance of two codes q [DN].
 
     """
-    electrons2 = dark_noise**2 + offset_spread**2 + dark_electrons + (step / system_gain) ** 2 / 12.0
+    electrons2 = unlit_electrons2(
+        dark_noise**2,
+        system_gain=system_gain,
+        dsnu_electrons2=offset_spread**2,
+        dark_electrons=dark_electrons,
+        step=step,
+    )
     return NoiseCoefficients(
         k_dark=system_gain / digital_maximum * math.sqrt(electrons2),
-        k_shot=math.sqrt(system_gain / digital_maximum),
+        k_shot=math.sqrt(k_shot_variance(system_gain, digital_maximum=digital_maximum)),
         k_fpn=prnu,
     )

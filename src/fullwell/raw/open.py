@@ -18,6 +18,8 @@ from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
 from fullwell.raw.fits import decode_fits, read_fits_header
 from fullwell.raw.image import RawHeader, RawImage
+from fullwell.raw.libraw import SUFFIXES as MAKER_SUFFIXES
+from fullwell.raw.libraw import decode_maker, read_maker_header
 from fullwell.raw.netpbm import SIGNATURES as NETPBM_SIGNATURES
 from fullwell.raw.netpbm import decode_netpbm, read_netpbm_header
 from fullwell.raw.numpy_file import SIGNATURE as NUMPY_SIGNATURE
@@ -63,6 +65,8 @@ def read_header(path: Path) -> RawHeader:
 def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
     if size == 0:
         raise UnreadableFileError("file-truncated", "the file is empty; copy it again")
+    if path.suffix.lower() in MAKER_SUFFIXES and not head.startswith(_JPEG_SIGNATURE):
+        return read_maker_header(path)
     if head.startswith(_TIFF_SIGNATURES):
         if _directory_start(head) + 2 > size:
             raise UnreadableFileError("file-truncated", "the file ends before its directory; copy it again")
@@ -136,7 +140,7 @@ def decode(
     if isinstance(header.layout, Layout):
         mosaic = decode_segments(header.layout, view, header.active_area, out=out)
     else:
-        mosaic = _DECODERS[header.format](header, view)
+        mosaic = _DECODERS.get(header.format, decode_maker)(header, view)
     mosaic = mosaic.view()
     mosaic.flags.writeable = False
     return mosaic

@@ -152,7 +152,8 @@ def read_shots(
     )
 
 
-def _look(series: Series, frame: Frame, scene: Placed, *, masked: bool, progress: Progress | None) -> _Look | Exclusion:
+def _look(one: tuple[Series, Frame], *, scene: Placed, masked: bool, progress: Progress | None) -> _Look | Exclusion:
+    series, frame = one
     try:
         data = frame.header.path.read_bytes()
         mosaic = decode(frame.header, data)
@@ -250,11 +251,12 @@ def _scene(study: Study, placed: Placed, looks: Sequence[_Look], clips: Sequence
         )
         for group in _alike(looks)
     ]
-    brightest = max(looks, key=lambda look: look.level_dn)
+    exposures.sort(key=lambda one: (-one.level_dn, one.files))
+    brightest = next(look for look in looks if look.name == exposures[0].files[0])
     return Scene(
-        name=placed.name,
+        name=brightest.name,
         patches=placed.patches,
-        exposures=tuple(sorted(exposures, key=lambda one: (-one.level_dn, one.files))),
+        exposures=tuple(exposures),
         located=placed.located,
         image=brightest.image,
         image_step=study.width // brightest.image.shape[1],

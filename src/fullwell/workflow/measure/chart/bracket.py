@@ -56,6 +56,7 @@ def solve_brackets(
 
     """
     found: list[Bracket] = []
+    fixed = {channel: _fixed(models[index]) for index, channel in enumerate(shots.channels)}
     for number, scene in enumerate(shots.scenes):
         if len(scene.exposures) < 2:
             continue
@@ -68,7 +69,10 @@ def solve_brackets(
             solved = fit_exposure_bracket(
                 [[point.mean_dn for point in row] for row in points],
                 [
-                    [noise / (point.n * point.frames) for point, noise in zip(row, noises, strict=True)]
+                    [
+                        noise / (point.n * point.frames) + fixed[point.channel] / point.n
+                        for point, noise in zip(row, noises, strict=True)
+                    ]
                     for row, noises in zip(points, weights, strict=True)
                 ],
                 used=[[point.admitted for point in row] for row in points],
@@ -83,15 +87,20 @@ def solve_brackets(
 
 
 def _noise(point: PatchPoint, model: ChartModel | None, guess_dn: float) -> float:
-    """Return the part of a single frame's variance that is new in every exposure: fixed pattern scales with light.
+    """Return the part of a single frame's variance that is new in every frame: fixed pattern scales with light.
 
-    A and B of the model hold read noise, shot noise and, as an upper bound, the pattern of the dark [DN^2].
+    Without bursts the pattern of the dark, which neither scales nor changes, is in it [DN^2].
     """
     measured = point.variance_dn2 if point.admitted else np.nan
     if model is None:
         return float(measured)
-    line = model.coefficients[0] + model.coefficients[1] * (point.mean_dn - guess_dn)
+    line = model.fit.coefficients[0] + model.fit.coefficients[1] * (point.mean_dn - guess_dn)
     return float(line) if line > 0.0 else float(measured)
+
+
+def _fixed(model: ChartModel | None) -> float:
+    """Return the pattern of the dark, which no number of frames lowers, where bursts tell it apart [DN^2]."""
+    return max(float(model.fit.coefficients[-1]), 0.0) if model is not None and model.fit.has_bursts else 0.0
 
 
 def _drift(scene: Scene, channels: Sequence[str], noises: Sequence[Sequence[float]], guess_dn: float) -> float:

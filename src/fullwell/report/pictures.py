@@ -183,6 +183,63 @@ class ResponsePicture:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ChartPicture:
+    """A shot of a chart, with its patches.
+
+    Parameters
+    ----------
+    iso
+        None where unknown.
+    title
+        What is seen, for example the name of the file; it goes into the caption.
+    image
+        Tone-mapped preview, at most 1200 pixels wide, shape (V, H, 3).
+    patches
+        Name, left edge, top edge, width and height of each patch, in pixels of the preview.
+    confidence
+        Of the location of the patches, 0 to 1; None where they were given.
+    corners
+        x, y of the chart's corners in pixels of the preview, in order around it; empty where unknown.
+    left_out
+        Names of patches that took no part, because a rail clips them in every channel.
+
+    """
+
+    iso: float | None
+    title: str
+    image: NDArray[np.uint8]
+    patches: tuple[tuple[str, float, float, float, float], ...]
+    confidence: float | None = None
+    corners: tuple[tuple[float, float], ...] = ()
+    left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderedPoints:
+    """The patches of a chart as they came out in a developed picture of the same scene: a JPEG or PNG.
+
+    Parameters
+    ----------
+    iso
+        None where unknown.
+    file
+        Name of the picture.
+    channels
+        Its channels: ``R``, ``G``, ``B``, or ``mono``.
+    mean, noise
+        Mean and standard deviation of each patch over the largest value of the picture, shape (channels, patches) [1];
+        NaN where a patch has none.
+
+    """
+
+    iso: float | None
+    file: str
+    channels: tuple[str, ...]
+    mean: NDArray[np.float64]
+    noise: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Pictures:
     """All pictures of a report."""
 
@@ -191,3 +248,5 @@ class Pictures:
     shading: tuple[ShadingPicture, ...] = ()
     shading_differences: tuple[ShadingDifferencePicture, ...] = ()
     responses: tuple[ResponsePicture, ...] = ()
+    charts: tuple[ChartPicture, ...] = ()
+    rendered: tuple[RenderedPoints, ...] = ()

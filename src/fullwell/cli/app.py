@@ -10,6 +10,7 @@ from fullwell.cli.chart import chart
 from fullwell.cli.demo import demo
 from fullwell.cli.index import index
 from fullwell.cli.inspect import inspect
+from fullwell.cli.model import model
 from fullwell.cli.options import Version
 from fullwell.cli.overview import overview, summary_of
 from fullwell.cli.shading import shading
@@ -23,6 +24,7 @@ app.command(help=summary_of("chart"), context_settings=_CONTEXT)(chart)
 app.command(help=summary_of("demo"), context_settings=_CONTEXT)(demo)
 app.command(help=summary_of("index"), context_settings=_CONTEXT)(index)
 app.command(help=summary_of("inspect"), context_settings=_CONTEXT)(inspect)
+app.command(help=summary_of("model"), context_settings=_CONTEXT)(model)
 app.add_typer(shading, name="shading", help=summary_of("shading"), context_settings=_CONTEXT)
 app.command(help=summary_of("simulate"), context_settings=_CONTEXT)(simulate)
 

@@ -12,6 +12,7 @@ COMMANDS: Final = (
     ("demo", "Simulate a known camera, measure it, print truth beside measurement."),
     ("index", "Write a study.toml of a folder, to be corrected by hand."),
     ("inspect", "Tell what raw files are: size, CFA, levels, exposure."),
+    ("model", "Convert noise models: k's, DN, electrons, EMVA 1288, DNG NoiseProfile."),
     ("shading", "Fit, compare and apply maps of lens shading."),
     ("simulate", "Write a simulated camera's raw frames from a configuration."),
 )

@@ -185,6 +185,11 @@ def native_model(values: Mapping[Name, float], conventions: Conventions) -> Nati
     )
 
 
+def native_values(model: GivenModel) -> NativeModel:
+    """Return a given model in DN, errors left aside."""
+    return native_model({name: one.measured.value for name, one in model.given.items()}, model.conventions)
+
+
 def _system_gain(values: Mapping[Name, float], conventions: Conventions) -> float:
     if K_SHOT in values:
         return conversions.system_gain_of_k(values[K_SHOT], digital_maximum=conventions.digital_maximum)

@@ -1,7 +1,7 @@
 """A noise model translated: every figure of every dialect, with the error that what was given leaves it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from fullwell.figures.noise_model import (
     GivenModel,
     NativeModel,
     native_model,
+    native_values,
 )
 from fullwell.figures.propagation import propagated
 from fullwell.figures.results import Row
@@ -66,7 +67,7 @@ def translated(model: GivenModel) -> tuple[Translation, ...]:
         Where the model has no positive system gain.
 
     """
-    at = _at(model)
+    at = native_values(model)
     if at.system_gain <= 0.0:
         raise ValueError("a noise model needs a system gain above zero")
     return tuple(
@@ -124,11 +125,21 @@ def _row(model: GivenModel, definition: Definition, quantity: str, measured: Mea
 
 
 def _measured_directly(model: GivenModel, row: Row) -> Row:
-    """Return the measurement of a converted figure where there is one."""
+    """Return the measurement of a figure where there is one, or say that the figure was given as it is."""
     name = (row.quantity, row.measured.unit)
     if row.method != "conversion":
         return row
-    return next((one for one in model.measured if (one.quantity, one.measured.unit) == name), row)
+    measured = next((one for one in model.measured if (one.quantity, one.measured.unit) == name), None)
+    if measured is not None:
+        return measured
+    return replace(row, method="given") if _is_given(model, row.quantity.removesuffix("_variance"), name[1]) else row
+
+
+def _is_given(model: GivenModel, quantity: str, unit: str) -> bool:
+    unit = unit.removesuffix("^2")
+    squared = unit if unit == ONE else f"{unit}^2"
+    of_prnu = quantity == "prnu" and PRNU2 in model.given
+    return of_prnu or not model.given.keys().isdisjoint({(quantity, unit), (f"{quantity}_variance", squared)})
 
 
 def _computed(model: GivenModel, definition: Definition) -> Measured | None:
@@ -147,10 +158,6 @@ def _computed(model: GivenModel, definition: Definition) -> Measured | None:
     if not definition.root or computed.std_error is None:
         return computed
     return boundary_variance(computed.value, computed.std_error, dof=computed.dof, unit=unit)
-
-
-def _at(model: GivenModel) -> NativeModel:
-    return native_model({name: one.measured.value for name, one in model.given.items()}, model.conventions)
 
 
 def _flags(model: GivenModel, at: NativeModel, definition: Definition) -> tuple[str, ...]:

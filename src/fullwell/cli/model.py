@@ -1,0 +1,143 @@
+"""``fullwell model``: one noise model in every dialect."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fullwell.cli.options import Isos, Json, Quiet, Verbose, Version, path_from
+from fullwell.cli.status import guarded, status_of
+
+if TYPE_CHECKING:
+    from fullwell.workflow.model import Conversion
+    from fullwell.workflow.model_figures import StatedFigures
+
+_Number = float | None
+
+
+def model(
+    path: Annotated[
+        Path | None,
+        typer.Argument(
+            parser=path_from, metavar="FILE", help="results.json or its folder, or a DNG with a NoiseProfile."
+        ),
+    ] = None,
+    *,
+    k_dark: Annotated[_Number, typer.Option("--k-dark", metavar="K", help="Noise in the dark over D.")] = None,
+    k_shot: Annotated[_Number, typer.Option("--k-shot", metavar="K", help="Photon noise at V = 1 over D.")] = None,
+    k_fpn: Annotated[_Number, typer.Option("--k-fpn", metavar="K", help="Fixed pattern noise over signal.")] = None,
+    system_gain: Annotated[_Number, typer.Option("--system-gain", metavar="DN/e-", help="K of EMVA 1288.")] = None,
+    read_noise: Annotated[
+        _Number,
+        typer.Option("--read-noise", metavar="e-", help="Temporal dark noise, no rounding: EMVA 1288's sigma_d."),
+    ] = None,
+    read_noise_dn: Annotated[_Number, typer.Option("--read-noise-dn", metavar="DN", help="The same in DN.")] = None,
+    dsnu: Annotated[_Number, typer.Option("--dsnu", metavar="e-", help="Spread of the offsets.")] = None,
+    dsnu_dn: Annotated[_Number, typer.Option("--dsnu-dn", metavar="DN", help="The same in DN.")] = None,
+    prnu: Annotated[_Number, typer.Option("--prnu", metavar="%", help="Spread of the responses.")] = None,
+    dark_current: Annotated[
+        _Number, typer.Option("--dark-current", metavar="e-/s", help="Its variance is i t.")
+    ] = None,
+    exposure: Annotated[
+        str | None,
+        typer.Option("--exposure", metavar="TIME", help="Exposure of the frames in the dark, for example 10s or 20ms."),
+    ] = None,
+    saturation_capacity: Annotated[
+        _Number, typer.Option("--saturation-capacity", metavar="e-", help="Electrons at saturation.")
+    ] = None,
+    saturation_dn: Annotated[
+        _Number, typer.Option("--saturation-dn", metavar="DN", help="The same in DN above the black level.")
+    ] = None,
+    noise_profile: Annotated[
+        list[str] | None,
+        typer.Option("--noise-profile", metavar="S,O", help="NoiseProfile of a DNG: one pair, or one a plane."),
+    ] = None,
+    digital_maximum: Annotated[
+        _Number,
+        typer.Option("--digital-maximum", metavar="DN", help="D, what V = 1 stands for; the white level by default."),
+    ] = None,
+    white: Annotated[_Number, typer.Option("--white", metavar="DN", help="White level; D by default.")] = None,
+    black: Annotated[_Number, typer.Option("--black", metavar="DN", help="Black level.")] = None,
+    step: Annotated[
+        _Number, typer.Option("--step", metavar="DN", help="Distance of two codes; 1 but for rescaled files.")
+    ] = None,
+    iso: Isos = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    _version: Version = False,
+) -> None:
+    """Convert noise models."""
+    with guarded(verbose=verbose):
+        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, and `--help` does not need it
+        from fullwell.workflow.model_figures import StatedFigures  # noqa: PLC0415 - as above
+
+        asked = selection_from(isos=iso, exposures=None if exposure is None else [exposure])
+        figures = StatedFigures(
+            k_dark=k_dark,
+            k_shot=k_shot,
+            k_fpn=k_fpn,
+            system_gain=system_gain,
+            read_noise=read_noise,
+            read_noise_dn=read_noise_dn,
+            dsnu=dsnu,
+            dsnu_dn=dsnu_dn,
+            prnu=prnu,
+            dark_current=dark_current,
+            exposure_s=asked.exposures_s[0] if asked.exposures_s else None,
+            saturation_capacity=saturation_capacity,
+            saturation_dn=saturation_dn,
+            noise_profile=_pairs(noise_profile or []),
+            digital_maximum=digital_maximum,
+            white=white,
+            black=black,
+            step=step,
+        )
+        _tell(_conversion(path, figures, isos=asked.isos), as_json=as_json, quiet=quiet)
+
+
+def _conversion(path: Path | None, figures: "StatedFigures", *, isos: tuple[float, ...]) -> "Conversion":
+    """Convert what is in a file, or what is stated, not both."""
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+    from fullwell.workflow.model import convert_figures, convert_file  # noqa: PLC0415 - as above
+    from fullwell.workflow.model_figures import option  # noqa: PLC0415 - as above
+
+    stated = [option(name) for name in figures.stated()] + ["--noise-profile"] * bool(figures.noise_profile)
+    if path is None:
+        if isos:
+            raise UsageError("--iso chooses among the models of a file; figures have none.")
+        return convert_figures(figures)
+    if stated:
+        raise UsageError(f"{path} holds its noise model; leave {stated[0]} out, or the file.")
+    return convert_file(path, isos=isos)
+
+
+def _pairs(texts: list[str]) -> tuple[tuple[float, float], ...]:
+    """Return (S, O) of every plane."""
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+
+    said = ",".join(texts)
+    try:
+        values = [float(item) for item in said.split(",")] if said else []
+    except ValueError as error:
+        raise UsageError(f"--noise-profile {said}: give S,O as numbers.") from error
+    if len(values) % 2:
+        raise UsageError(f"--noise-profile {said}: give pairs, S,O for one plane or S,O,S,O,... for several.")
+    return tuple(zip(values[0::2], values[1::2], strict=True))
+
+
+def _tell(conversion: "Conversion", *, as_json: bool, quiet: bool) -> None:
+    if as_json:
+        import json  # noqa: PLC0415 - one line for those who ask for it
+
+        from fullwell.workflow.model import document  # noqa: PLC0415 - heavy, and `--help` does not need it
+
+        sys.stdout.write(json.dumps(document(conversion), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    elif not quiet:
+        from rich.console import Console  # noqa: PLC0415 - heavy, and `--help` does not need it
+
+        from fullwell.cli.model_tables import print_conversion  # noqa: PLC0415 - as above
+
+        print_conversion(Console(file=sys.stdout), conversion)
+    raise typer.Exit(status_of(conversion.findings))

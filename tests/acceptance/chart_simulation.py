@@ -27,8 +27,8 @@ class Chart:
     k_shot: float = 5.554e-3
     k_fpn: float = 5.477e-3
     maximum: float = 16383.0
-    offset: float = 511.37
-    declared_black: int | None = 512
+    offset: float = 511.62
+    declared_black: int | None = 512  # as near as a whole number can be
     flare: float = 2.4e-4  # of the lightest patch
     brightest: float = 0.93  # signal of G in the lightest patch over the range above black, at exposure 1
     edge: int = 50  # of a patch in pixels of a plane

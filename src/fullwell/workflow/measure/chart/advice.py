@@ -166,9 +166,16 @@ def _bracket(shots: Shots) -> tuple[Finding, ...]:
 
 
 def _spread(scene: Scene) -> float:
-    """Return how much lighter the brightest exposure of a scene is than the darkest, by the range of its patches."""
-    ranges = [float(np.ptp([point.mean_dn for point in exposure.points])) for exposure in scene.exposures]
-    return ranges[0] / max(ranges[-1], 1e-9)
+    """Return how much lighter a scene's first exposure is than its last, by patches that clip in neither."""
+    pairs = [
+        (bright.mean_dn, dark.mean_dn)
+        for bright, dark in zip(scene.exposures[0].points, scene.exposures[-1].points, strict=True)
+        if bright.admitted and dark.admitted
+    ]
+    if len(scene.exposures) < 2 or not pairs:
+        return 1.0
+    ranges = np.ptp(np.array(pairs), axis=0)
+    return float(ranges[0] / max(ranges[1], 1e-9))
 
 
 def _densities(shots: Shots) -> tuple[Finding, ...]:

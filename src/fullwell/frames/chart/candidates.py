@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from fullwell.frames.chart.areas import Areas
 from fullwell.frames.chart.definition import ChartDefinition
-from fullwell.frames.chart.homography import affine, homography, mapped
+from fullwell.frames.chart.homography import UNIT_SQUARE, affine, homography, mapped
 
 _LIKE: Final = 2.6
 """Ratio of sizes, above which two areas do not belong to patches of one size: perspective, eaten edges."""
@@ -25,6 +25,8 @@ _MISS: Final = 0.38
 """Distance between a predicted patch and an area that still meet, as a share of the spacing."""
 _CONTRAST: Final = 0.8
 """Error of the logarithm of two patches' ratio of light that colour and illumination may make."""
+_PERSPECTIVE: Final = 2.5
+"""Ratio of opposite edges of a chart at most."""
 _KEPT: Final = 160
 """Similarities that grow."""
 _BATCH: Final = 20_000
@@ -40,11 +42,14 @@ class Candidate:
         From fractions between the chart's corners to pixels of the preview, shape (3, 3).
     met
         Patches that lie on an area of their own, shape (patches,).
+    middles
+        Where the areas of those patches have their middles, shape (met patches, 2) [preview pixel].
 
     """
 
     matrix: NDArray[np.float64]
     met: NDArray[np.bool_]
+    middles: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,10 +235,11 @@ def _grown(
         if matrix is None:
             return None, owner
         predicted = mapped(matrix, definition.centres)
-        if np.isnan(predicted).any():
+        if not _plausible(matrix):
             return None, owner
     assert matrix is not None  # noqa: S101 -- the loop ran
-    return Candidate(matrix=matrix, met=owner >= 0), np.where(owner >= 0, like[owner], -1)
+    met = owner >= 0
+    return Candidate(matrix=matrix, met=met, middles=areas.centre[like[owner[met]]]), np.where(met, like[owner], -1)
 
 
 def _met(tree: cKDTree, predicted: NDArray[np.float64], *, plan: _Plan, miss: float) -> NDArray[np.intp]:
@@ -269,6 +275,18 @@ def _fitted(
     if projective and len(source) >= 6:
         return homography(source, target)
     return affine(source, target)
+
+
+def _plausible(matrix: NDArray[np.float64]) -> bool:
+    """Whether a map shows the chart as a convex quadrilateral, its far edges not much shorter than the near ones."""
+    corners = mapped(matrix, UNIT_SQUARE)
+    if np.isnan(corners).any():
+        return False
+    edges = np.roll(corners, -1, axis=0) - corners
+    turns = edges[:, 0] * np.roll(edges[:, 1], -1) - edges[:, 1] * np.roll(edges[:, 0], -1)
+    lengths = np.linalg.norm(edges, axis=1)
+    shortened = max(lengths[0] / lengths[2], lengths[2] / lengths[0], lengths[1] / lengths[3], lengths[3] / lengths[1])
+    return bool(abs(np.sign(turns).sum()) == len(turns)) and float(shortened) < _PERSPECTIVE
 
 
 def _in_line(points: NDArray[np.float64]) -> bool:

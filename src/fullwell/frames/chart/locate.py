@@ -14,6 +14,7 @@ from fullwell.frames.chart.homography import UNIT_SQUARE, homography, mapped, qu
 from fullwell.frames.chart.patches import SMALLEST, Patch
 from fullwell.frames.chart.preview import Preview, preview
 from fullwell.frames.chart.rectangles import inner_rectangle
+from fullwell.frames.chart.strip import along_edges
 
 CONFIDENCE: Final = 0.5
 """Below it a location is refused."""
@@ -23,8 +24,10 @@ _SIZES: Final = (700, 1400, 350)
 """Longer edges of the previews that are searched, one after the other until the chart is found [pixel]."""
 _SURE: Final = 0.8
 """Confidence at which no other preview is searched."""
-_COMPARED: Final = 12
+_COMPARED: Final = 60
 """Candidates that are compared with the chart's light."""
+_REFINED: Final = 4
+"""Places of a strip whose edges are looked at."""
 _PROPORTION: Final = (0.85, 0.97)
 _EVEN: Final = (0.6, 0.85)
 _MET: Final = (0.4, 0.7)
@@ -79,6 +82,7 @@ class _Place:
     agreed: Agreement
     confidence: float
     weight: float
+    candidate: Candidate | None = None
     given: bool = False
     doubtful: bool = False
 
@@ -137,6 +141,9 @@ def _searched(picture: Preview, definition: ChartDefinition) -> _Place | None:
         for one in candidates(areas, definition, shape=picture.light.shape, mirrored=mirrored)[:_COMPARED]
     ]
     places = sorted((_compared(picture, definition, one) for one in found), key=lambda one: -one.weight)
+    if definition.in_line:
+        refined = [_refined(picture, definition, one) for one in places[:_REFINED]]
+        places = sorted(refined, key=lambda one: -one.weight)
     if not places:
         return None
     best = places[0]
@@ -146,13 +153,22 @@ def _searched(picture: Preview, definition: ChartDefinition) -> _Place | None:
     return replace(best, matrix=_of_mosaic(picture.scale) @ best.matrix, confidence=confidence, doubtful=doubtful)
 
 
+def _refined(picture: Preview, definition: ChartDefinition, place: _Place) -> _Place:
+    """Return the place of a strip with its edges laid upon those in the light."""
+    if place.candidate is None:
+        return place
+    met = place.candidate.met
+    matrix = along_edges(picture, definition, place.matrix, known=(definition.centres[met], place.candidate.middles))
+    return _compared(picture, definition, replace(place.candidate, matrix=matrix))
+
+
 def _compared(picture: Preview, definition: ChartDefinition, candidate: Candidate) -> _Place:
     agreed = agreement(picture, definition, candidate.matrix)
     met = int((candidate.met & agreed.visible).sum())
     missed = int((~candidate.met & agreed.visible & ~agreed.clipped).sum())
     confidence = _confidence(agreed, share_met=met / max(met + missed, 1))
-    weight = (met - 0.5 * missed) * max(agreed.proportion, 0.0) * _even(agreed)
-    return _Place(matrix=candidate.matrix, agreed=agreed, confidence=confidence, weight=weight)
+    weight = (met - missed) * max(agreed.proportion, 0.0) * _even(agreed)
+    return _Place(matrix=candidate.matrix, agreed=agreed, confidence=confidence, weight=weight, candidate=candidate)
 
 
 def _confidence(agreed: Agreement, *, share_met: float) -> float:
@@ -202,7 +218,9 @@ def _given(
     matrix = homography(UNIT_SQUARE, np.array(corners, dtype=np.float64))
     picture = preview(mosaic, cfa=cfa, black=black, white=white, longest=_SIZES[0])
     agreed = agreement(picture, definition, np.linalg.inv(_of_mosaic(picture.scale)) @ matrix)
-    return _Place(matrix=matrix, agreed=agreed, confidence=_confidence(agreed, share_met=1.0), weight=0.0, given=True)
+    return _Place(
+        matrix=candidate.matrix, agreed=agreed, confidence=_confidence(agreed, share_met=1.0), weight=0.0, given=True
+    )
 
 
 def _located(place: _Place, definition: ChartDefinition) -> Located:
@@ -231,8 +249,8 @@ def _reason(place: _Place, patches: tuple[Patch, ...], definition: ChartDefiniti
     if not inside.all() and (confidence >= CONFIDENCE or place.given):
         return (
             (
-                f"Only {int(inside.sum())} of the {len(inside)} patches of the {title} lie in the frame: show the whole "
-                "chart, or give the patches that can be seen with --patches."
+                f"Only {int(inside.sum())} of the {len(inside)} patches of the {title} lie in the frame: show the "
+                "whole chart, or give the patches that can be seen with --patches."
             ),
             refused,
         )

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fullwell.fit.legacy.dark import DarkFrames, study_dark_lines
-from fullwell.fit.legacy.least_squares import line_weights
 from fullwell.fit.legacy.read_noise import read_noise_repeats
 from fullwell.fit.legacy.regions import Box, study_regions
 from fullwell.fit.legacy.response import StudyResponse, response_figures, study_response
@@ -214,8 +213,8 @@ def test_the_mean_of_two_greens_hides_half_of_the_variance() -> None:
 
 
 def test_one_exposure_has_no_line() -> None:
-    with pytest.raises(ValueError, match="two or more different exposures"):
-        line_weights([0.01, 0.01])
+    with pytest.raises(ValueError, match="two exposure times that differ"):
+        fit_std_line([0.01, 0.01], [1.0, 2.0])
 
 
 def test_repeats_are_brute_force_and_their_mean_squares_the_published_flows() -> None:

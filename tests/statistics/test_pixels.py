@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fullwell.statistics.pixels import combine, line_coefficients, response_maps
+from fullwell.statistics.pixels import combine, line_coefficients
 
 SINGLE = float(np.finfo(np.float32).eps)
 
@@ -17,16 +17,13 @@ def test_combinations_equal_numpy(workers: int, count: int, cell: int) -> None:
     rng = np.random.default_rng(count)
     height, width = 75, 51
     sums = [rng.integers(0, 5000, (height, width), dtype=np.uint32) for _ in range(count)]
-    coefficients, offset = rng.normal(size=(3, count, cell**2)), rng.normal(size=(3, cell**2))
+    coefficients = rng.normal(size=(3, count, cell**2))
     site = cell * (np.arange(height)[:, np.newaxis] % cell) + np.arange(width) % cell
     expected = sum(coefficients[:, k, site] * one for k, one in enumerate(sums))
     # One rounding to float32; float64 in between adds nothing that shows, but where terms of up to 5000 cancel.
     slack = 5000 * 4 * count * float(np.finfo(np.float64).eps)
     found = combine(sums, coefficients, cell=cell, workers=workers)
     np.testing.assert_allclose(found, expected, rtol=SINGLE, atol=slack)
-    moved = combine(sums, coefficients, cell=cell, offset=offset, workers=workers, out=found)
-    assert moved is found
-    np.testing.assert_allclose(moved, expected + offset[:, site], rtol=SINGLE, atol=slack)
 
 
 def test_views_and_read_only_maps_are_taken() -> None:
@@ -40,8 +37,8 @@ def test_views_and_read_only_maps_are_taken() -> None:
 def test_threads_do_not_matter_to_the_bit() -> None:
     rng = np.random.default_rng(2)
     sums = [rng.integers(0, 2**32, (131, 64), dtype=np.uint32) for _ in range(7)]
-    coefficients, offset = rng.normal(size=(2, 7, 4)), rng.normal(size=(2, 4))
-    one, three = (combine(sums, coefficients, cell=2, offset=offset, workers=workers) for workers in (1, 3))
+    coefficients = rng.normal(size=(2, 7, 4))
+    one, three = (combine(sums, coefficients, cell=2, workers=workers) for workers in (1, 3))
     np.testing.assert_array_equal(one, three)
 
 
@@ -65,18 +62,18 @@ def test_lines_are_recovered(times: list[float], slope: float, intercept: float,
 
 
 @pytest.mark.parametrize("weighted", [False, True])
-@pytest.mark.parametrize("stacked", [False, True])
-def test_response_maps_are_least_squares(*, weighted: bool, stacked: bool) -> None:
+def test_lines_of_maps_are_least_squares(*, weighted: bool) -> None:
     rng = np.random.default_rng(3)
     times = np.array([0.002, 0.004, 0.006, 0.01, 0.012])
     means = (60.0 + 40_000.0 * times[:, np.newaxis, np.newaxis] + rng.normal(0, 3, (5, 30, 44))).astype(np.float32)
-    weights = 1.0 / (4.0 + 20.0 * times / times.max()) if weighted else None
+    weights = (1.0 / (4.0 + 20.0 * times / times.max())).tolist() if weighted else None
     root = np.ones(5) if weights is None else np.sqrt(weights)
     design = root[:, np.newaxis] * np.stack((times, np.ones(5)), axis=1)
     solution, *_rest = np.linalg.lstsq(
         design, root[:, np.newaxis] * means.reshape(5, -1).astype(np.float64), rcond=None
     )
-    slope, intercept = response_maps(means if stacked else list(means), times.tolist(), weights=weights, workers=2)
+    coefficients = line_coefficients(times.tolist(), weights)[:, :, np.newaxis]
+    slope, intercept = combine(list(means), coefficients, cell=1, workers=2)
     np.testing.assert_allclose(slope.ravel(), solution[0], rtol=SINGLE)
     np.testing.assert_allclose(intercept.ravel(), solution[1], rtol=SINGLE)
 

@@ -76,33 +76,28 @@ def constancy(measurements: Sequence[Measured], *, errors: Sequence[float] | Non
     )
 
 
-def equal_variances(variances: ArrayLike, dof: ArrayLike, *, inflation: ArrayLike = 1.0, unit: str = DN2) -> Constancy:
+def equal_variances(variances: ArrayLike, dof: ArrayLike) -> Constancy:
     """Test whether regions have the same variance (Bartlett).
 
     Parameters
     ----------
     variances
-        Independent variance estimates, any shape [``unit``].
+        Independent variance estimates, any shape [DN^2].
     dof
-        Their degrees of freedom, of the same shape or one for all; estimates without any are left out.
-    inflation
-        By what the variance of an estimate exceeds that of chi-square (rows that share noise, telegraph pixels:
-        METHOD 1.8, 3.6), of the same shape or one for all.
-    unit
-        Of the variances.
+        Their degrees of freedom, of the same shape or one for all, fewer where pixels share noise (METHOD 1.8, 3.6);
+        estimates without any are left out.
 
     """
-    variance, nu, factor = (
-        np.ravel(each)
-        for each in np.broadcast_arrays(*(np.asarray(one, np.float64) for one in (variances, dof, inflation)))
+    variance, nu = (
+        np.ravel(each) for each in np.broadcast_arrays(*(np.asarray(one, np.float64) for one in (variances, dof)))
     )
     known = np.isfinite(variance) & (nu > 0.0)
     if not known.any():
         raise ValueError("a test of equal variances needs an estimate with degrees of freedom")
-    variance, nu = variance[known], nu[known] / factor[known]
+    variance, nu = variance[known], nu[known]
     total = float(nu.sum())
     mean = float(nu @ variance) / total
-    pooled = Measured.normal(mean, mean * math.sqrt(2.0 / total), unit)
+    pooled = Measured.normal(mean, mean * math.sqrt(2.0 / total), DN2)
     groups = variance.size
     if groups < 2 or mean <= 0.0:
         return Constancy(chi_square=0.0, dof=groups - 1, p_value=1.0, mean=pooled)

@@ -1,8 +1,6 @@
 """A plane in bins, as lens shading is fitted to it, without defective pixels and bins near saturation (METHOD 6.1)."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +62,6 @@ def bin_plane(
     size: int,
     temporal_noise_dn: float,
     limit_dn: float | None,
-    workers: int = 1,
 ) -> Bins:
     """Return the bins of one plane of a burst.
 
@@ -83,8 +80,6 @@ def bin_plane(
         Temporal noise that is left in the mean of a pixel over these frames, sigma / sqrt(frames) [DN].
     limit_dn
         A bin in which the mean of a sound pixel is above is left out whole [DN]; None: none is.
-    workers
-        Threads; the result does not depend on their number.
 
     Examples
     --------
@@ -105,10 +100,7 @@ def bin_plane(
     plane.flags.writeable = False
     reach, most = SIGMAS * temporal_noise_dn * frames, np.inf if limit_dn is None else limit_dn * frames
     limits = Limits(float(reach), float(most))
-    parts = pairwise(heights.size * k // workers for k in range(workers + 1))
-    with ThreadPoolExecutor(workers) as pool:
-        for part in [pool.submit(bin_rows, plane, size, rows, limits, found) for rows in parts]:
-            part.result()
+    bin_rows(plane, size, (0, heights.size), limits, found)
     rows, columns = sums_plane.shape
     return Bins(
         size=size,

@@ -20,9 +20,7 @@ def combine(
     coefficients: NDArray[np.float64],
     *,
     cell: int,
-    offset: NDArray[np.float64] | None = None,
     workers: int = 1,
-    out: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """Return linear combinations of burst sums.
 
@@ -36,12 +34,8 @@ def combine(
         Shape (maps to make, K, sites): by the site of the colour filter array, row by row.
     cell
         Period of the mosaic; ``sites`` is its square [pixel].
-    offset
-        Added at the end, shape (maps to make, sites); None: nothing [unit of the result].
     workers
         Threads; the maps do not depend on their number.
-    out
-        Memory for the maps, to be used again; None takes new memory.
 
     Returns
     -------
@@ -62,10 +56,9 @@ def combine(
     plan = _Plan(
         maps=tuple(_plain(one) for one in sums),
         coefficients=np.ascontiguousarray(coefficients, np.float64).reshape(made, count, cell, cell),
-        offset=None if offset is None else np.asarray(offset, np.float64).reshape(made, cell, cell),
     )
     height, width = sums[0].shape
-    found = np.empty((made, height, width), np.float32) if out is None else out
+    found = np.empty((made, height, width), np.float32)
     edges = [height * k // workers for k in range(workers + 1)]
     if workers == 1:
         plan.write(0, height, found)
@@ -114,38 +107,6 @@ def line_coefficients(exposures_s: Sequence[float], weights: Sequence[float] | N
     return np.stack((slope, share - centre * slope))
 
 
-def response_maps(
-    means: Sequence[NDArray[np.float32]] | NDArray[np.float32],
-    exposures_s: Sequence[float],
-    *,
-    weights: Sequence[float] | None = None,
-    workers: int = 1,
-    out: NDArray[np.float32] | None = None,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return slope and intercept of each pixel's line of mean against exposure time (METHOD 5.2).
-
-    Parameters
-    ----------
-    means
-        K maps of shape (height, width) [DN].
-    exposures_s, weights
-        As `line_coefficients`.
-    workers
-        Threads; the maps do not depend on their number.
-    out
-        Memory for both maps, shape (2, height, width), to be used again; None takes new memory.
-
-    Returns
-    -------
-    tuple
-        Slope [DN/s] and intercept [DN], each of shape (height, width).
-
-    """
-    coefficients = line_coefficients(exposures_s, weights)[:, :, np.newaxis]
-    slope, intercept = combine(list(means), coefficients, cell=1, workers=workers, out=out)
-    return slope, intercept
-
-
 def _plain(rows: Rows) -> Rows:
     """Return a read-only view in row order, so that the loops are compiled once."""
     view = np.ascontiguousarray(rows).view()
@@ -155,11 +116,10 @@ def _plain(rows: Rows) -> Rows:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Plan:
-    """Which maps are combined how: coefficients (maps to make, K, cell, cell), offset (maps to make, cell, cell)."""
+    """Which maps are combined how: coefficients (maps to make, K, cell, cell)."""
 
     maps: tuple[Rows, ...]
     coefficients: NDArray[np.float64]
-    offset: NDArray[np.float64] | None
 
     def write(self, top: int, bottom: int, out: NDArray[np.float32]) -> None:
         """Write some rows of the combinations."""
@@ -169,19 +129,9 @@ class _Plan:
         totals = np.empty((made, step, width))
         for first in range(top, bottom, step):
             last = min(first + step, bottom)
-            self._start(first, totals)
+            totals[...] = 0.0
             self._add(first, last, totals)
             out[:, first:last] = totals[:, : last - first]
-
-    def _start(self, first: int, totals: NDArray[np.float64]) -> None:
-        """Fill with the offset."""
-        totals[...] = 0.0
-        if self.offset is None:
-            return
-        cell = self.offset.shape[-1]
-        for row in range(cell):
-            for column in range(cell):
-                totals[:, (row - first) % cell :: cell, column::cell] = self.offset[:, row, column, None, None]
 
     def _add(self, first: int, last: int, totals: NDArray[np.float64]) -> None:
         """Add every map, four at a time as long as there are four."""

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from fullwell.fit.legacy.least_squares import line_weights
 from fullwell.raw.cfa import ALL, MONO, channels
+from fullwell.statistics.pixels import line_coefficients
 from fullwell.units import DN, DN_PER_SECOND, Measured
 
 
@@ -58,9 +58,9 @@ class StudyDarkLine:
     intercept_dn: float
 
 
-def legacy_frame_slope(exposure_s: ArrayLike, first_frame_mean_dn: ArrayLike) -> LegacyDarkLine:
+def legacy_frame_slope(exposure_s: Sequence[float], first_frame_mean_dn: Sequence[float]) -> LegacyDarkLine:
     """Return the Pixel study's dark slope: the first frame of each exposure, ordinary least squares (METHOD 4.1)."""
-    slope, intercept = line_weights(exposure_s) @ np.asarray(first_frame_mean_dn, np.float64)
+    slope, intercept = line_coefficients(exposure_s) @ np.asarray(first_frame_mean_dn, np.float64)
     return LegacyDarkLine(
         slope=Measured.exact(float(slope), DN_PER_SECOND), intercept=Measured.exact(float(intercept), DN)
     )
@@ -89,7 +89,7 @@ def study_dark_lines(
     taken = slice(None) if every_frame else slice(1)
     exposures_s = np.concatenate([burst.exposures_s[taken] for burst in bursts])
     means = np.concatenate([burst.frame_means_dn[taken] for burst in bursts])
-    weights = line_weights(exposures_s)
+    weights = line_coefficients(exposures_s.tolist())
     lines: list[StudyDarkLine] = []
     for channel, levels in _mean_by_channel(means, bursts[0].pixels, cfa):
         slope, intercept = (float(value) for value in weights @ levels)

@@ -11,10 +11,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.fit.legacy.least_squares import line_weights
 from fullwell.fit.legacy.regions import Box, StudyRegions
 from fullwell.fit.legacy.shading_map import LegacyMap
 from fullwell.raw.cfa import ALL, MONO, channels
+from fullwell.statistics.pixels import line_coefficients
 from fullwell.units import DN, PERCENT
 
 _Number = TypeVar("_Number", bound=np.generic)
@@ -158,7 +158,7 @@ def study_response(
         Where there are fewer than two different exposures.
 
     """
-    weights = line_weights(exposures_s)
+    weights = line_coefficients(exposures_s)
     crop = regions.crop
     maps = np.zeros((2, crop.height, crop.width))
     for burst, count, weight in zip(sums, frames, weights.T, strict=True):

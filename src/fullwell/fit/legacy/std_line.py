@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.fit.legacy.least_squares import line_weights
+from fullwell.statistics.pixels import line_coefficients
 
 _CONTAINER: Final = 65535.0
 """What im2double divides 16-bit codes by."""
@@ -52,5 +52,5 @@ def fit_std_line(exposure_s: Sequence[float], std_dn: Sequence[float]) -> StdLin
 
     """
     time, std = np.asarray(exposure_s, np.float64), np.asarray(std_dn, np.float64)
-    slope, intercept = (float(value) for value in line_weights(time) @ std)
+    slope, intercept = (float(value) for value in line_coefficients(exposure_s) @ std)
     return StdLine(exposure_s=time, std_dn=std, slope_dn_per_s=slope, intercept_dn=intercept)

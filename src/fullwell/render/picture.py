@@ -7,6 +7,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.errors import UsageError
 from fullwell.render.demosaic import demosaic
 from fullwell.render.tone import srgb_curve, white_balanced
 
@@ -98,3 +99,32 @@ def write_png(path: Path, shown: FloatImage) -> None:
 
     pixels = np.ascontiguousarray(np.rint(shown * np.float32(255.0)).astype(np.uint8))
     Image.fromarray(pixels).save(path, format="PNG", compress_level=4)
+
+
+def read_picture(path: Path) -> FloatImage:
+    """Read a developed picture: JPEG, PNG, TIFF, whatever Pillow reads.
+
+    Returns
+    -------
+    ndarray
+        Display values from 0 to 1 as they are stored, shape (height, width, 1 or 3).
+
+    Raises
+    ------
+    UsageError
+        Where the file is missing or no picture.
+
+    """
+    from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - loads when used
+
+    try:
+        with Image.open(path) as stored:
+            wide = stored.mode.startswith("I;16")
+            values = np.asarray(stored if wide or stored.mode in {"L", "RGB"} else stored.convert("RGB"))
+    except FileNotFoundError:
+        raise UsageError(f"{path} does not exist. Give a developed picture of the scene, a JPEG or PNG.") from None
+    except (OSError, UnidentifiedImageError, Image.DecompressionBombError) as error:
+        raise UsageError(f"{path} cannot be read as a picture ({error}). Give a JPEG or PNG.") from None
+    largest = np.float32(np.iinfo(values.dtype).max)
+    shown = values.astype(np.float32) / largest
+    return shown[..., None] if shown.ndim == 2 else shown

@@ -16,9 +16,10 @@ from fullwell.frames.series import Frame, Kind, Series, Study
 from fullwell.glossary import RECOMMENDED
 from fullwell.raw.cfa import cell
 from fullwell.raw.image import Levels
-from fullwell.report.pictures import Pictures
+from fullwell.report.pictures import ChartPicture, Pictures
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.chart_patches import WhereAbouts, located_finding, place, place_unasked
+from fullwell.workflow.chart_pictures import chart_pictures, rendered_points
 from fullwell.workflow.chart_reading import ChartReading, Placed, read_shots
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.chart.chart import BlackChoice, ChartMeasurement, measure_shots
@@ -96,6 +97,10 @@ def chart(
     study = load_images(images, options.selection, kind=Kind.CHART)
     _refuse_to_replace(study, out)
     outcome, findings = measure_images(study, options=options, asked=asked, progress=progress)
+    pictures = Pictures(charts=pictures_of(study, outcome))
+    if asked.rendered is not None:
+        points, said = rendered_points(asked.rendered, outcome.measurements[0].shots)
+        pictures, findings = replace(pictures, rendered=(points,)), (*findings, *said)
     results = Results(
         study=_describe(study, options, asked, outcome),
         rows=outcome.section.rows,
@@ -104,7 +109,7 @@ def chart(
         run=run_facts(study=study.root, out=out, options=options, started=started),
     )
     with replaced_folder(out) as folder:
-        write_files(results, folder, pictures=chart_pictures(outcome))
+        write_files(results, folder, pictures=pictures)
     return results
 
 
@@ -193,9 +198,9 @@ def _order(finding: Finding) -> tuple[int, str]:
     return (finding.severity.rank, finding.code)
 
 
-def chart_pictures(_outcome: ChartOutcome) -> Pictures:
-    """Return what the report shows of the shots."""
-    return Pictures()
+def pictures_of(study: Study, outcome: ChartOutcome) -> tuple[ChartPicture, ...]:
+    """Return the charts with their patches, for the report."""
+    return tuple(one for measurement in outcome.measurements for one in chart_pictures(study, measurement))
 
 
 def _read(study: Study, placed: Sequence[Placed], *, options: Options, progress: Progress | None) -> ChartReading:

@@ -31,6 +31,26 @@ from fullwell.workflow.measure.chart.ranges import ChannelRange
 from fullwell.workflow.measure.chart.shots import Shots
 
 CURVE_POINTS = 64
+_POINT_COLUMNS = (
+    ("iso", ONE),
+    ("scene", ""),
+    ("exposure", ONE),
+    ("exposure_s", "s"),
+    ("frames", ONE),
+    ("patch", ""),
+    ("channel", ""),
+    ("density", ONE),
+    ("mean", DN),
+    ("signal", DN),
+    ("variance", DN2),
+    ("variance_std_error", DN2),
+    ("dof", ONE),
+    ("temporal_variance", DN2),
+    ("clipped", ONE),
+    ("fitted", DN2),
+    ("residual", ONE),
+    ("used", ""),
+)
 _Value = float | int | str | None
 
 
@@ -69,26 +89,6 @@ def _finite(value: _Value) -> _Value:
 
 def _points(shots: Shots, levels: ChartLevels, models: Sequence[ChartModel]) -> Curve:
     by_channel = {model.channel: model for model in models}
-    head = (
-        ("iso", ONE),
-        ("scene", ""),
-        ("exposure", ONE),
-        ("exposure_s", "s"),
-        ("frames", ONE),
-        ("patch", ""),
-        ("channel", ""),
-        ("density", ONE),
-        ("mean", DN),
-        ("signal", DN),
-        ("variance", DN2),
-        ("variance_std_error", DN2),
-        ("dof", ONE),
-        ("temporal_variance", DN2),
-        ("clipped", ONE),
-        ("fitted", DN2),
-        ("residual", ONE),
-        ("used", ""),
-    )
     lines: list[tuple[_Value, ...]] = []
     for scene in shots.scenes:
         for number, exposure in enumerate(scene.exposures):
@@ -117,7 +117,7 @@ def _points(shots: Shots, levels: ChartLevels, models: Sequence[ChartModel]) -> 
                         "yes" if point.admitted else "no",
                     )
                 )
-    return _curve("chart_points", head, lines)
+    return _curve("chart_points", _POINT_COLUMNS, lines)
 
 
 def _judged(point: PatchPoint, model: ChartModel | None, signal: float) -> tuple[float | None, float | None]:

@@ -226,23 +226,7 @@ def _black_rows(shots: Shots, one: BlackEvidence, fused: FusedLevel, *, alike: b
             recommended=True,
         )
     ]
-    pieces = [*one.evidence, *([] if one.set_aside is None else [one.set_aside])]
-    for piece in pieces:
-        declared = piece.method in {METADATA, USER}
-        off = declared and not fused.consistent
-        measured = Measured.exact(piece.measured.value, DN) if off else piece.measured
-        own = misfit if piece.method == BRACKET else {USER} if piece.method == USER else set[str]()
-        rows.append(
-            write(
-                "black_level",
-                one.channel,
-                piece.method,
-                measured,
-                source=_SOURCES[piece.method],
-                n=n if piece.method == BRACKET else None,
-                flags=own | ({"channels-differ"} if not alike and piece.method == BRACKET else set()),
-            )
-        )
+    rows += [_piece_row(shots, one, piece, fused, misfit=misfit, alike=alike, n=n) for piece in _pieces(one)]
     rows.append(
         write(
             "black_level",
@@ -255,6 +239,36 @@ def _black_rows(shots: Shots, one: BlackEvidence, fused: FusedLevel, *, alike: b
         )
     )
     return tuple(rows)
+
+
+def _pieces(one: BlackEvidence) -> tuple[Evidence, ...]:
+    return one.evidence if one.set_aside is None else (*one.evidence, one.set_aside)
+
+
+def _piece_row(
+    shots: Shots,
+    one: BlackEvidence,
+    piece: Evidence,
+    fused: FusedLevel,
+    *,
+    misfit: set[str],
+    alike: bool,
+    n: int,
+) -> Row:
+    """Write what one piece of evidence says; a declared level that the others contradict has no error to its name."""
+    off = piece.method in {METADATA, USER} and not fused.consistent
+    flags = {USER} if piece.method == USER else set[str]()
+    if piece.method == BRACKET:
+        flags = misfit | (set[str]() if alike else {"channels-differ"})
+    return RowWriter(bursts=shots.bursts).row(
+        "black_level",
+        one.channel,
+        piece.method,
+        Measured.exact(piece.measured.value, DN) if off else piece.measured,
+        source=_SOURCES[piece.method],
+        n=n if piece.method == BRACKET else None,
+        flags=flags,
+    )
 
 
 def _findings(shots: Shots, evidence: Sequence[BlackEvidence], decided: Sequence[FusedLevel]) -> tuple[Finding, ...]:

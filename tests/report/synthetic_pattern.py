@@ -83,7 +83,7 @@ def pattern_curves(rng: np.random.Generator) -> list[Curve]:
             profile += [
                 (iso, 0.03, channel, int(x), one, one / at) for x, one, at in zip(column, before, shape, strict=True)
             ]
-            by_tile += [(iso, channel, *tile, PRNU * (1 + rng.normal(0, 0.03)), 0.021, None) for tile in tiles()]
+            by_tile += [(iso, channel, *tile, PRNU * (1 + rng.normal(0, 0.03)), 0.021) for tile in tiles()]
             sigma = math.hypot(4.1 * k, 0.35)
             regions += [
                 (iso, channel, 504 * (i % 4), 378 * (i // 4), 504, 378, sigma * (1 + rng.normal(0, 2e-3)), sigma * 2e-3)
@@ -108,7 +108,7 @@ def pattern_curves(rng: np.random.Generator) -> list[Curve]:
             {"iso": "1", "exposure_s": "s", "channel": "", "column": "pixel", "before": DN, "after": DN},
             profile,
         ),
-        curve("prnu_tiles", {**at, **place, "prnu": PERCENT, "std_error": PERCENT, "legacy": PERCENT}, by_tile),
+        curve("prnu_tiles", {**at, **place, "prnu": PERCENT, "std_error": PERCENT}, by_tile),
         curve("prnu_tiles_legacy", {**at, **place, "prnu": PERCENT}, legacy),
         curve("read_noise_regions", {**at, **place, "read_noise": DN, "std_error": DN}, regions),
         curve("read_noise_repeats", {"iso": "1", "repeat": "1", "flow1": DN, "flow2": DN}, repeats),

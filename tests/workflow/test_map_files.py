@@ -92,6 +92,7 @@ def test_the_same_map_is_the_same_bytes_and_its_companion_tells_every_array(tmp_
         assert told == {key: (opened[key].shape, opened[key].dtype.name) for key in opened.files}
     units = {one["name"]: one["unit"] for one in document["arrays"]}
     assert (units["R.signal_dn"], units["B.grid_row"], units["G1.normalized"]) == ("DN", "pixel", "1")
+    assert units["R.temporal_variance_dn2"] == "DN^2"
 
 
 def test_a_map_between_its_grid_points_is_the_smooth_surface(tmp_path: Path) -> None:

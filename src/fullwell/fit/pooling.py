@@ -14,6 +14,8 @@ from scipy.special import fdtrc
 
 from fullwell.units import Measured, combined_dof
 
+SIGNIFICANCE: Final = 0.01
+"""Chance that measurements which are the same are said to differ."""
 _FEW: Final = 8.0
 """Degrees of freedom below which an error is too uncertain to weight by."""
 

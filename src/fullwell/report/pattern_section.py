@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fullwell.figures.results import Row
+from fullwell.fit.pooling import SIGNIFICANCE
 from fullwell.raw.cfa import channel_rank
 from fullwell.report import plots_pattern
 from fullwell.report.comparison import LEGACY
@@ -25,7 +26,6 @@ from fullwell.report.plots import Picture
 
 _SLOPES: Final = "legacy-slope-std"
 _SAME: Final = 0.05
-_DIFFERENT: Final = 0.01
 
 
 def fixed_pattern(material: Material) -> Section:
@@ -165,4 +165,4 @@ def _verdict(p_value: Value) -> str:
         return "not tested"
     if p_value >= _SAME:
         return "the same at every ISO, as far as the errors can tell"
-    return "in doubt: differences this large are rare" if p_value >= _DIFFERENT else "not the same at every ISO"
+    return "in doubt: differences this large are rare" if p_value >= SIGNIFICANCE else "not the same at every ISO"

@@ -162,7 +162,7 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
             color=color_of(channel),
             elinewidth=1.0,
         )
-        legacy = _published_tiles(points, old, channel)
+        legacy = _published_tiles(old, channel)
         axes.plot(
             np.arange(1, len(legacy) + 1) + 0.25, legacy, linestyle="", marker="D", color=QUIET, markerfacecolor="none"
         )
@@ -250,11 +250,10 @@ def _level(axes: Axes, row: Row) -> None:
         axes.axhspan(*row.measured.ci95, color=color_of(row.channel), alpha=0.15, linewidth=0.0)
 
 
-def _published_tiles(points: Table, published: Mapping[Value, Table], channel: str) -> NDArray[np.float64]:
+def _published_tiles(published: Mapping[Value, Table], channel: str) -> NDArray[np.float64]:
     """Return the study's figures of its own tiles: of the channel, else of the mean of both greens [%]."""
-    own = points.numbers("legacy")
     theirs = published.get(channel, published.get("G") if channel in ("G1", "G2") else None)
-    return own if theirs is None or np.isfinite(own).any() else theirs.numbers("prnu")
+    return np.empty(0) if theirs is None else theirs.numbers("prnu")
 
 
 def _points(axes: Axes, place: Sequence[float], rows: Sequence[Row], *, marker: str, filled: bool) -> None:

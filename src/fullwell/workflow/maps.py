@@ -18,6 +18,7 @@ from fullwell.errors import UsageError
 from fullwell.fit.shading.data import ShadingData
 from fullwell.raw.cfa import channels
 from fullwell.render.interpolation import interpolated
+from fullwell.units import DN, DN2
 
 SCHEMA: Final = "fullwell-map/1"
 GRID_ROWS: Final = 64
@@ -30,8 +31,8 @@ _REGULAR: Final = ("fixed_variance",)
 _BINNED: Final = (
     ("rows", "pixel", "centres of the bins in the plane, counted from 0"),
     ("columns", "pixel", "centres of the bins in the plane, counted from 0"),
-    ("signal_dn", "DN", "mean of the bin, black subtracted; NaN where it is left out"),
-    ("temporal_variance_dn2", "DN2", "temporal variance of the bin's mean"),
+    ("signal_dn", DN, "mean of the bin, black subtracted; NaN where it is left out"),
+    ("temporal_variance_dn2", DN2, "temporal variance of the bin's mean"),
     ("fixed_variance", "1", "relative variance of the bin's mean from PRNU"),
 )
 _GRIDDED: Final = (
@@ -248,8 +249,8 @@ def _channel_arrays(one: ChannelMap) -> dict[str, NamedArray]:
     arrays = {
         "model": _scalar(one.model, "", "name of the chosen model"),
         "centre": _scalar(one.centre, "pixel", "row and column of the maximum, in the plane"),
-        "maximum_dn": _scalar(one.maximum_dn, "DN", "the smooth surface at its centre"),
-        "black_level_dn": _scalar(one.black_level_dn, "DN", "black level that was subtracted"),
+        "maximum_dn": _scalar(one.maximum_dn, DN, "the smooth surface at its centre"),
+        "black_level_dn": _scalar(one.black_level_dn, DN, "black level that was subtracted"),
         "plane_shape": _scalar(one.data.plane_shape, "pixel", "rows and columns of the plane"),
         "pitch_um": _scalar(_or_nan(one.data.pitch_um), "um", "distance of two pixels of the plane; NaN: unknown"),
         "focal_length_mm": _scalar(_or_nan(one.data.focal_length_mm), "mm", "stated focal length; NaN: unknown"),

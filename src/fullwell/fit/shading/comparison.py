@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
+from fullwell.fit.goodness import MISFIT_SIZE
 from fullwell.fit.shading.data import ShadingData
 from fullwell.fit.shading.weighting import FloatArray, TensorGrid, symmetric_inverse
 from fullwell.model.shading import Plane, spline_surface
@@ -15,8 +16,6 @@ TERMS: Final = (7, 8)
 """Splines along rows and columns: enough for what shading does, few enough for a test with power."""
 _CUTOFF: Final = 1e-8
 """Below this share of the largest, a direction is one that no bin of both bursts sees."""
-_BEYOND: Final = 0.01
-"""Chance below which a misfit is not chance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +87,7 @@ def compare_shading(
     residual = float(np.sum(weight * (ratio - grid.surface(found)) ** 2))
     terms = round(float(np.sum(inverse * information)))
     spare = int(used.sum()) - terms
-    misfit = bool(chdtrc(spare, residual) < _BEYOND)
+    misfit = bool(chdtrc(spare, residual) < MISFIT_SIZE)
     noise = max(residual / spare, 1.0) if misfit else 1.0
 
     together = information.sum(axis=0)

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.constancy import Constancy, constancy
+from fullwell.fit.pooling import SIGNIFICANCE
 from fullwell.glossary import RECOMMENDED
-from fullwell.units import ELECTRON, ELECTRON_PER_SECOND, PERCENT, Measured
+from fullwell.units import ELECTRON, ELECTRON2, ELECTRON_PER_SECOND, PERCENT, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.nonuniformity import ChannelPattern
 from fullwell.workflow.measure.section import Section
-
-SIGNIFICANCE = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +81,7 @@ def _dsnu(
         own = next((one.dsnu for one in group.channels if one.channel == channel), None)
         if by is None or own is None:
             continue
-        variance = own.total.scaled(by.value**-2, "e-^2")
+        variance = own.total.scaled(by.value**-2, ELECTRON2)
         relative = 2.0 * (by.std_error or 0.0) / by.value
         variances.append(variance)
         errors.append(math.hypot(own.repeat_error / by.value**2, relative * variance.value))

@@ -7,7 +7,7 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.black_level import Evidence, FusedLevel, fuse
 from fullwell.fit.black_level import declared as declared_level
-from fullwell.fit.pooling import mean_sharing_errors, pool_channels
+from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channels
 from fullwell.frames.series import Study
 from fullwell.units import DN, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -193,7 +193,7 @@ def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: 
     identified = all(level.black_identified for level in levels)
     measured = dark_frames_level(bursts.unlit, bursts.channels) if identified and not given else None
     _, p_value = pool_channels(known)
-    flags = {"channels-differ"} if p_value < 0.01 else set[str]()
+    flags = {"channels-differ"} if p_value < SIGNIFICANCE else set[str]()
     if given:
         flags.add(USER)
     if not identified:

@@ -8,6 +8,7 @@ import numpy as np
 from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
 from fullwell.fit.constancy import equal_variances
+from fullwell.fit.pooling import SIGNIFICANCE
 from fullwell.fit.read_noise import analogue_read_noise
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.units import DN, DN2, Measured
@@ -18,7 +19,6 @@ from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.transfer_points import correlation_inflation
 
 ACROSS = 4
-SIGNIFICANCE = 0.01
 NOTABLE = 0.02
 """Relative scatter of the noise between regions below which a significant difference is not worth a finding."""
 

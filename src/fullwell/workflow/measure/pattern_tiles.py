@@ -10,7 +10,7 @@ from fullwell.findings import Finding, Severity
 from fullwell.fit.constancy import Constancy, constancy
 from fullwell.fit.noise_floor import NoiseFloor
 from fullwell.fit.nonuniformity import nonuniformity
-from fullwell.fit.pooling import equal_mean
+from fullwell.fit.pooling import SIGNIFICANCE, equal_mean
 from fullwell.statistics.pattern import pattern
 from fullwell.units import DN, DN2, ONE, PERCENT, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
@@ -20,7 +20,6 @@ from fullwell.workflow.measure.regions import Region, central_crop, central_tile
 from fullwell.workflow.measure.section import RowWriter, Section
 
 SMALLEST_EDGE = 8
-SIGNIFICANCE = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +156,6 @@ def _curve(bursts: IsoBursts, channel: str, regions: Sequence[Region], variances
             Column(name="height", unit="pixel", values=tuple(one.height for one in regions)),
             Column(name="prnu", unit=PERCENT, values=tuple(one.value for one in roots)),
             Column(name="std_error", unit=PERCENT, values=tuple(one.std_error for one in roots)),
-            Column(name="legacy", unit=PERCENT, values=(None,) * count),
         ),
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.photon_transfer import PhotonTransferFit, fit_photon_transfer
-from fullwell.fit.pooling import pool_channels
+from fullwell.fit.pooling import SIGNIFICANCE, pool_channels
 from fullwell.units import DN, DN2, ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
@@ -120,7 +120,7 @@ def _pooled(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[Ro
     if len(transfers) < 2 or len(known) < len(transfers):
         return ()
     pooled, p_value = pool_channels(known)
-    flags = {"channels-differ"} if p_value < 0.01 else set[str]()
+    flags = {"channels-differ"} if p_value < SIGNIFICANCE else set[str]()
     if any(transfer.fit is not None and transfer.fit.misfit for transfer in transfers):
         flags.add("model-misfit")
     n = sum(point.n for transfer in transfers for point in transfer.points)

@@ -1,5 +1,7 @@
 """The front door for raw files: what a file is decides who reads it, its name does not.
 
+A file that bears no sign of its format is headerless: it is read as the caller says, or as the preset for its extension.
+
 Which function: `read_header` for what a file says about itself (fast, no pixels), `decode` for the mosaic from bytes
 that are already in memory, `read_raw` for both at once, `require_measurable` before noise is measured.
 """
@@ -17,6 +19,8 @@ from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
 from fullwell.raw.fits import decode_fits, read_fits_header
+from fullwell.raw.headerless import decode_headerless, read_headerless_header
+from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import RawHeader, RawImage
 from fullwell.raw.libraw import SUFFIXES as MAKER_SUFFIXES
 from fullwell.raw.libraw import decode_maker, read_maker_header
@@ -26,6 +30,7 @@ from fullwell.raw.numpy_file import SIGNATURE as NUMPY_SIGNATURE
 from fullwell.raw.numpy_file import decode_numpy, read_numpy_header
 from fullwell.raw.png import SIGNATURE as PNG_SIGNATURE
 from fullwell.raw.png import decode_png, read_png_header
+from fullwell.raw.presets import STANDARD_EXTENSIONS, preset_for
 from fullwell.raw.segments import Layout
 from fullwell.raw.tags import Tag
 from fullwell.raw.tiff import read_tiff_header
@@ -36,16 +41,26 @@ _HEAD_BYTES: Final = 64
 _DECODERS: Final = {"png": decode_png, "fits": decode_fits, "npy": decode_numpy, "pgm": decode_netpbm}
 
 
-def read_header(path: Path) -> RawHeader:
+def read_header(path: Path, *, headerless: HeaderlessFormat | None = None, said_by: str = "--headerless") -> RawHeader:
     """Return what a raw file says about itself, without its pixels.
 
     A DNG that can be parsed but must not be measured has a header too, with the reason as a finding of severity
     ``error``; see `require_measurable`.
 
+    Parameters
+    ----------
+    path
+        The file.
+    headerless
+        How the file is stored if it has no header; None asks the presets.
+    said_by
+        Who says so, for the finding that tells it.
+
     Raises
     ------
     UnreadableFileError
-        ``file-missing``, ``file-unreadable``, ``not-a-raw-file``, ``file-truncated``, ``file-damaged``.
+        ``file-missing``, ``file-unreadable``, ``not-a-raw-file``, ``file-truncated``, ``file-damaged``,
+        ``geometry-mismatch``.
     UnsuitableFileError
         ``lossy-compression``, ``processed-rgb``, ``unsupported-compression``, ``unsupported-cfa``,
         ``unsupported-sample-format``.
@@ -55,14 +70,16 @@ def read_header(path: Path) -> RawHeader:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
             size = file.seek(0, 2)
-        return _read_header(path, head=head, size=size)
+        known = _read_header(path, head=head, size=size)
+        return known or _read_headerless(path, size=size, stated=headerless, said_by=said_by)
     except FileNotFoundError as error:
         raise UnreadableFileError("file-missing", "the file does not exist") from error
     except OSError as error:
         raise UnreadableFileError("file-unreadable", f"the file cannot be read ({error.strerror})") from error
 
 
-def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
+def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
+    """Return the header of a file whose content, or extension, tells its format; None for any other."""
     if size == 0:
         raise UnreadableFileError("file-truncated", "the file is empty; copy it again")
     if path.suffix.lower() in MAKER_SUFFIXES and not head.startswith(_JPEG_SIGNATURE):
@@ -83,7 +100,22 @@ def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader:
         return read_netpbm_header(path, size)
     if head.startswith(_JPEG_SIGNATURE):
         raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
-    raise UnreadableFileError("not-a-raw-file", "this is not a raw file of a kind Fullwell reads")
+    return None
+
+
+def _read_headerless(path: Path, *, size: int, stated: HeaderlessFormat | None, said_by: str) -> RawHeader:
+    preset = None if stated is not None else preset_for(path)
+    if stated is not None:
+        return read_headerless_header(path, stated, size=size, source=said_by)
+    if preset is not None:
+        return read_headerless_header(path, preset, size=size, source=f"the preset for {path.suffix.lower()}")
+    sentence = "this is not a raw file of a kind Fullwell reads"
+    if path.suffix.lower().removeprefix(".") not in STANDARD_EXTENSIONS:
+        sentence += (
+            "; if it holds pixels without a header, say how they are stored with --headerless width=...,height=..., "
+            "or see what `fullwell inspect FILE --guess` makes of it"
+        )
+    raise UnreadableFileError("not-a-raw-file", sentence)
 
 
 def _directory_start(head: bytes) -> int:
@@ -130,7 +162,7 @@ def decode(
     Raises
     ------
     UnreadableFileError
-        ``file-truncated`` or ``file-damaged``.
+        ``file-truncated`` or ``file-damaged``; for headerless files ``geometry-mismatch`` or ``geometry-wrong``.
     UnsuitableFileError
         As `require_measurable`.
 
@@ -139,6 +171,8 @@ def decode(
     view = memoryview(data).cast("B")
     if isinstance(header.layout, Layout):
         mosaic = decode_segments(header.layout, view, header.active_area, out=out)
+    elif isinstance(header.layout, HeaderlessFormat):
+        mosaic = decode_headerless(header.layout, view, out=out)
     else:
         mosaic = _DECODERS.get(header.format, decode_maker)(header, view)
     mosaic = mosaic.view()
@@ -146,8 +180,8 @@ def decode(
     return mosaic
 
 
-def read_raw(path: Path) -> RawImage:
-    """Return a raw file's visible mosaic with its header.
+def read_raw(path: Path, *, headerless: HeaderlessFormat | None = None) -> RawImage:
+    """Return a raw file's visible mosaic with its header; ``headerless`` as in `read_header`.
 
     Raises
     ------
@@ -155,5 +189,5 @@ def read_raw(path: Path) -> RawImage:
         As `read_header` and `decode`.
 
     """
-    header = read_header(path)
+    header = read_header(path, headerless=headerless)
     return RawImage(header=header, mosaic=decode(header, path.read_bytes()))

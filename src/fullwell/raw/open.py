@@ -1,6 +1,6 @@
 """The front door for raw files: what a file is decides who reads it, its name does not.
 
-A file that bears no sign of its format is headerless: it is read as the caller says, or as the preset for its extension.
+A file that bears no sign of its format is headerless, and read as the caller says, or as the preset for its extension.
 
 Which function: `read_header` for what a file says about itself (fast, no pixels), `decode` for the mosaic from bytes
 that are already in memory, `read_raw` for both at once, `require_measurable` before noise is measured.
@@ -92,14 +92,19 @@ def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
         return reader(path, directories)
     if head.startswith(PNG_SIGNATURE):
         return read_png_header(path, head, size)
+    if head.startswith(_JPEG_SIGNATURE):
+        raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
+    return _read_array_header(path, head=head, size=size)
+
+
+def _read_array_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
+    """Return the header of a format that holds arrays of any kind; None where it is none of them."""
     if head.startswith(FITS_SIGNATURE):
         return read_fits_header(path, size)
     if head.startswith(NUMPY_SIGNATURE):
         return read_numpy_header(path, size)
     if head.startswith(NETPBM_SIGNATURES) and head[2:3].isspace():
         return read_netpbm_header(path, size)
-    if head.startswith(_JPEG_SIGNATURE):
-        raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
     return None
 
 

@@ -14,7 +14,7 @@ from scipy.special import chdtrc
 
 from fullwell.fit.goodness import MISFIT_SIZE
 from fullwell.fit.noise_floor import NoiseFloor
-from fullwell.statistics.pattern import Pattern
+from fullwell.statistics.pattern import SMALLEST_SIDE, Pattern
 from fullwell.statistics.series import MeanSquares, TileStatistics
 from fullwell.statistics.tiles import edges
 
@@ -208,7 +208,9 @@ def pattern_tiles(pattern: Pattern, floor: NoiseFloor) -> Tiles:
 def dark_tiles(tiles: TileStatistics, mean_squares: MeanSquares, shape: tuple[int, int, int]) -> Tiles | None:
     """Return the tiles of a dark burst of T frames, M rows, N columns; None where none is large enough [DN^2]."""
     frames, rows, columns = shape
-    counts = (tiles.spatial_dof > 0) & (tiles.temporal_dof > 0)
+    heights, widths = edges(rows, tiles.size), edges(columns, tiles.size)
+    large = (heights[:, np.newaxis] >= SMALLEST_SIDE) & (widths >= SMALLEST_SIDE)
+    counts = large & (tiles.spatial_dof > 0) & (tiles.temporal_dof > 0)
     if not counts.any():
         return None
     band, stripe = np.nonzero(counts)
@@ -219,8 +221,8 @@ def dark_tiles(tiles: TileStatistics, mean_squares: MeanSquares, shape: tuple[in
     return Tiles(
         band=band,
         stripe=stripe,
-        height=edges(rows, tiles.size)[band].astype(np.float64),
-        width=edges(columns, tiles.size)[stripe].astype(np.float64),
+        height=heights[band].astype(np.float64),
+        width=widths[stripe].astype(np.float64),
         dof=tiles.spatial_dof[counts].astype(np.float64),
         variance=tiles.spatial_variance[counts],
         floor=noise - line_noise,

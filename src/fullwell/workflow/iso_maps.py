@@ -34,6 +34,8 @@ def write_iso_maps(study: Study, measured: IsoMeasurement, folder: Path) -> None
         about = {"iso": iso, "cfa": study.cfa, "exposures_s": exposures, "source": "METHOD 5.2"}
         save_pixel_maps(folder / f"response_iso{'unknown' if iso is None else f'{iso:g}'}.npz", arrays, about=about)
     for one in measured.shadings:
+        if len(one.channels) < len(measured.bursts.channels):
+            continue
         folder.mkdir(parents=True, exist_ok=True)
         save_shading_map(folder, shading_file(study, one))
 

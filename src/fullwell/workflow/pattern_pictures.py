@@ -23,18 +23,26 @@ Surfaces = Mapping[tuple[int, str], Poly22]
 
 def shading_pictures(shadings: Sequence[BurstShading], surfaces: Surfaces) -> tuple[ShadingPicture, ...]:
     """Return the pictures of the longest exposed burst of one ISO, one per channel."""
-    return tuple(
-        _shading_picture(shading, one, surfaces.get((id(shading.burst), one.channel)))
-        for shading in shadings[-1:]
-        for one in shading.channels
-    )
+    pictures: list[ShadingPicture] = []
+    for shading in shadings[-1:]:
+        rows, columns = (
+            min(sizes) for sizes in zip(*(one.data.signal_dn.shape for one in shading.channels), strict=True)
+        )
+        pictures += [
+            _shading_picture(shading, one, (rows, columns), surfaces.get((id(shading.burst), one.channel)))
+            for one in shading.channels
+        ]
+    return tuple(pictures)
 
 
-def _shading_picture(shading: BurstShading, one: ChannelShading, surface: Poly22 | None) -> ShadingPicture:
+def _shading_picture(
+    shading: BurstShading, one: ChannelShading, shape: tuple[int, int], surface: Poly22 | None
+) -> ShadingPicture:
+    """Return the picture of one channel on the rows and columns of bins that all channels have."""
     data, model = one.data, one.fits.best
-    step = -(-max(data.signal_dn.shape) // MOST_POINTS)
-    rows, columns = data.rows[::step], data.columns[::step]
-    measured = data.signal_dn[::step, ::step]
+    step = -(-max(shape) // MOST_POINTS)
+    rows, columns = data.rows[: shape[0] : step], data.columns[: shape[1] : step]
+    measured = data.signal_dn[: shape[0] : step, : shape[1] : step]
     fitted = model.surface(rows[:, None], columns[None, :])
     cosine = one.fits.models.get("cos4-fixed")
     return ShadingPicture(

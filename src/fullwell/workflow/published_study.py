@@ -21,7 +21,7 @@ from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.iso import IsoMeasurement
 from fullwell.workflow.measure.section import RowWriter, Section, joined
-from fullwell.workflow.measure.shading import BurstShading
+from fullwell.workflow.measure.shading import ChannelShading
 from fullwell.workflow.options import Options
 from fullwell.workflow.second_look import SecondLook, base_group, look_again
 
@@ -183,8 +183,9 @@ def _shading_rows(measured: IsoMeasurement, surfaces: Sequence[tuple[Burst, str,
             "shading_edge_y": _relative(surface, (1.0, rows), (middle[1],)),
         }
         shading = own.get(id(burst))
-        if shading is not None:
-            figures["shading_residual_rms"] = _residual(shading, channel, surface)
+        fitted = None if shading is None else next((one for one in shading.channels if one.channel == channel), None)
+        if fitted is not None:
+            figures["shading_residual_rms"] = _residual(fitted, surface)
         for quantity, value in figures.items():
             yield write(
                 quantity,
@@ -202,9 +203,8 @@ def _relative(surface: Poly22, rows: tuple[float, ...], columns: tuple[float, ..
     return float(values.mean()) / surface.maximum
 
 
-def _residual(shading: BurstShading, channel: str, surface: Poly22) -> float:
+def _residual(one: ChannelShading, surface: Poly22) -> float:
     """Return the rms of measured over fitted less 1 of the bins, the pedestal in both."""
-    one = next(found for found in shading.channels if found.channel == channel)
     fitted = evaluate(surface.coefficients, one.data.rows + 1.0, one.data.columns + 1.0)
     residual = (one.data.signal_dn + one.black_dn) / fitted - 1.0
     return float(np.sqrt(np.nanmean(residual**2)))

@@ -103,7 +103,7 @@ def choose(models: Sequence[ShadingModel]) -> str:
     """Return the name of the model to use: ``radial`` where it describes the lens, else ``p-spline`` (METHOD 6.3).
 
     Polynomials are fitted for comparison: a global one can be good on the whole and wrong in the corners by many times
-    its errors. Where neither candidate could be fitted, all others are.
+    its errors. Where there are too few bins for the spline, all models are candidates.
 
     Parameters
     ----------
@@ -111,7 +111,9 @@ def choose(models: Sequence[ShadingModel]) -> str:
         From few effective terms to many, at least one.
 
     """
-    candidates = [model for model in models if model.name in {"radial", "p-spline"}] or list(models)
+    candidates = [model for model in models if model.name in {"radial", "p-spline"}]
+    if not any(model.name == "p-spline" for model in candidates):
+        candidates = list(models)
     best = min(candidates, key=lambda model: model.gcv)
     return next(model.name for model in candidates if _near(model, best))
 

@@ -16,7 +16,7 @@ from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.rounding import phase_aware_dof
 from fullwell.workflow.measure.section import RowWriter, Section
-from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_tiles
+from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_tiles, pooled_dof
 
 METHOD = "gamma-likelihood"
 _NAMES = ("k_dark", "k_shot", "k_fpn")
@@ -127,9 +127,9 @@ def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
         mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
         temporal_dn2=temporal_dn2,
-        temporal_dof=phase_aware_dof(plane, temporal_dn2, float(temporal_dof.sum())),
+        temporal_dof=phase_aware_dof(plane, temporal_dn2, pooled_dof(temporal_dof, tiles.temporal_variance[chosen])),
         spatial_dn2=float((spatial_dof * tiles.spatial_variance[chosen]).sum() / spatial_dof.sum()),
-        spatial_dof=float(spatial_dof.sum()),
+        spatial_dof=pooled_dof(spatial_dof, tiles.spatial_variance[chosen]),
         frames=plane.frames,
         n=int(pixels.sum()) * plane.frames,
     )

@@ -7,7 +7,7 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.nonuniformity import Nonuniformity, dark_nonuniformity, nonuniformity
 from fullwell.fit.pooling import equal_mean, pool_channels
-from fullwell.statistics.pattern import pattern
+from fullwell.statistics.pattern import SMALLEST_SIDE, pattern
 from fullwell.units import DN, DN2, ONE, PERCENT, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.pattern_maps import INTERCEPT, SLOPE, STACK, ChannelMaps, IsoMaps, floor_of
@@ -33,7 +33,8 @@ def measure_nonuniformity(bursts: IsoBursts, maps: IsoMaps) -> tuple[Section, tu
     rows: list[Row] = []
     patterns: list[ChannelPattern] = []
     for one in maps.channels:
-        prnu = {name: _prnu(one, name) for name, _, _ in PRNU_METHODS if name in one.maps}
+        found = {name: _prnu(one, name) for name, _, _ in PRNU_METHODS if name in one.maps}
+        prnu = {name: measured for name, measured in found.items() if measured is not None}
         dsnu = _dark_stack(bursts, one.channel)
         intercept = _intercept(one)
         for name, method, source in PRNU_METHODS:
@@ -46,19 +47,24 @@ def measure_nonuniformity(bursts: IsoBursts, maps: IsoMaps) -> tuple[Section, tu
         chosen = next(iter(prnu.values()), None)
         patterns.append(ChannelPattern(channel=one.channel, prnu=chosen, dsnu=dsnu or intercept))
     rows += _pooled(bursts, rows)
-    return Section(rows=tuple(rows), findings=_findings(bursts, maps)), tuple(patterns)
+    return Section(rows=tuple(rows), findings=_findings(bursts, maps, rows)), tuple(patterns)
 
 
-def _prnu(maps: ChannelMaps, name: str) -> Nonuniformity:
-    found = pattern(maps.maps[name], tile=_tile(maps), relative=True, use=maps.tiles)
-    return nonuniformity(found, floor_of(maps.combinations[name], maps.channel), unit=ONE)
+def _prnu(maps: ChannelMaps, name: str) -> Nonuniformity | None:
+    return _measured(maps, name, relative=True, unit=ONE)
 
 
 def _intercept(maps: ChannelMaps) -> Nonuniformity | None:
-    if INTERCEPT not in maps.maps:
+    return _measured(maps, INTERCEPT, relative=False, unit=DN2) if INTERCEPT in maps.maps else None
+
+
+def _measured(maps: ChannelMaps, name: str, *, relative: bool, unit: str) -> Nonuniformity | None:
+    """Return the fixed pattern of a map, None where no tile is large and light enough."""
+    try:
+        found = pattern(maps.maps[name], tile=_tile(maps), relative=relative, use=maps.tiles)
+        return nonuniformity(found, floor_of(maps.combinations[name], maps.channel), unit=unit)
+    except ValueError:
         return None
-    found = pattern(maps.maps[INTERCEPT], tile=_tile(maps), relative=False, use=maps.tiles)
-    return nonuniformity(found, floor_of(maps.combinations[INTERCEPT], maps.channel), unit=DN2)
 
 
 def _tile(maps: ChannelMaps) -> int:
@@ -212,10 +218,16 @@ def _pooled(bursts: IsoBursts, rows: Sequence[Row]) -> tuple[Row, ...]:
     return tuple(pooled)
 
 
-def _findings(bursts: IsoBursts, maps: IsoMaps) -> tuple[Finding, ...]:
+def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Finding, ...]:
     if not any(burst.frames > 1 for burst in bursts.flats):
         return ()
     findings: list[Finding] = []
+    if any(one.maps for one in maps.channels) and not any(row.quantity == "prnu" for row in rows):
+        message = (
+            f"PRNU at {bursts.label} is not measured: no tile is at least {SMALLEST_SIDE} pixels of a plane wide and "
+            "above black everywhere; take larger tiles (--tile) or brighter flats"
+        )
+        findings.append(Finding(code="pattern-not-measured", severity=Severity.WARNING, message=message))
     taken = {id(burst) for one in maps.channels for burst in one.flats}
     left_out = [burst for burst in bursts.flats if burst.frames > 1 and id(burst) not in taken]
     if left_out:
@@ -228,8 +240,8 @@ def _findings(bursts: IsoBursts, maps: IsoMaps) -> tuple[Finding, ...]:
     known = [one for one in maps.channels if one.flats]
     if known and not any(STACK in one.maps for one in known):
         message = (
-            f"no dark frames to set against the flats at {bursts.label}: PRNU comes from the slope over exposures, "
-            "DSNU from its intercept; take a burst of dark frames at the exposure of the flats"
+            f"no dark frames of about the exposure of the flats, or shorter, at {bursts.label}: PRNU comes from the "
+            "slope over exposures; take a burst of dark or bias frames to set against the flats"
         )
         findings.append(Finding(code="no-dark-stack", severity=Severity.WARNING, message=message))
     if known and not any(SLOPE in one.maps for one in known):

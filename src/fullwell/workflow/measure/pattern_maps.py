@@ -26,6 +26,8 @@ STACK: Final = "stack"
 SLOPE: Final = "slope"
 INTERCEPT: Final = "intercept"
 _MAPS: Final = (STACK, SLOPE, INTERCEPT)
+MOST_BEYOND: Final = 2.0
+"""By what factor a dark frame may be longer exposed than the flats it is set against."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,11 +40,15 @@ class Combination:
         What the map is made of.
     coefficients
         Factor of the mean of each burst, shape (bursts,).
+    steady
+        The unlit burst that tells the temporal row and column noise: in flats, a lamp that flickers over a shaded field
+        looks like it. None where there is none.
 
     """
 
     bursts: tuple[Burst, ...]
     coefficients: NDArray[np.float64]
+    steady: Burst | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,12 +97,24 @@ def linear_flats(bursts: IsoBursts, level: ChannelLevels, transfer: ChannelTrans
 
 
 def matching_dark(bursts: IsoBursts, flats: Sequence[Burst], channel: str) -> Burst | None:
-    """Return the unlit burst of two frames or more whose exposure is nearest to that of the flats."""
-    usable = [burst for burst in bursts.unlit if burst.frames > 1 and burst.sums is not None]
-    if not usable or not flats or channel in bursts.black_clipped:
+    """Return the unlit burst of two frames or more whose exposure is nearest to that of the flats.
+
+    One much longer than they are brings the pattern of its dark current with it and is not taken.
+    """
+    usable = _steady(bursts, channel)
+    if not usable or not flats:
         return None
     exposure_s = float(np.median([burst.exposure_s for burst in flats]))
-    return min(usable, key=lambda burst: (abs(burst.exposure_s - exposure_s), -burst.frames))
+    nearest = min(usable, key=lambda burst: (abs(burst.exposure_s - exposure_s), -burst.frames))
+    longest = max(burst.exposure_s for burst in flats)
+    return nearest if nearest.exposure_s <= MOST_BEYOND * longest else None
+
+
+def _steady(bursts: IsoBursts, channel: str) -> tuple[Burst, ...]:
+    """Return the unlit bursts of two frames or more whose sums were kept."""
+    if channel in bursts.black_clipped:
+        return ()
+    return tuple(burst for burst in bursts.unlit if burst.frames > 1 and burst.sums is not None)
 
 
 def make_maps(
@@ -131,7 +149,8 @@ def make_maps(
 def floor_of(combination: Combination, channel: str) -> NoiseFloor:
     """Return the temporal noise that a map keeps of the frames it was made from."""
     planes = [burst.plane(channel) for burst in combination.bursts]
-    lines = [variance_components(plane.mean_squares, plane.shape) for plane in planes]
+    told_by = planes if combination.steady is None else [combination.steady.plane(channel)] * len(planes)
+    lines = [variance_components(plane.mean_squares, plane.shape) for plane in told_by]
     return noise_floor(
         combination.coefficients,
         np.array([plane.tiles.temporal_variance for plane in planes]),
@@ -157,16 +176,18 @@ def _combinations(bursts: IsoBursts, level: ChannelLevels, flats: Sequence[Burst
     if not flats or weights.size < len(flats):
         return found
     dark = matching_dark(bursts, flats, level.channel)
+    steady = next(iter(_steady(bursts, level.channel)), None)
     if dark is not None:
         signals = np.array([plane.mean - dark.plane(level.channel).mean for plane in planes])
         shares = weights * np.maximum(signals, 0.0)
         if shares.sum() > 0.0:
-            found[STACK] = Combination(bursts=(*flats, dark), coefficients=np.append(shares / shares.sum(), -1.0))
+            coefficients = np.append(shares / shares.sum(), -1.0)
+            found[STACK] = Combination(bursts=(*flats, dark), coefficients=coefficients, steady=steady)
     exposures_s = [burst.exposure_s for burst in flats]
     if len(set(exposures_s)) > 1:
         slope, intercept = line_coefficients(exposures_s, weights.tolist())
-        found[SLOPE] = Combination(bursts=tuple(flats), coefficients=slope)
-        found[INTERCEPT] = Combination(bursts=tuple(flats), coefficients=intercept)
+        found[SLOPE] = Combination(bursts=tuple(flats), coefficients=slope, steady=steady)
+        found[INTERCEPT] = Combination(bursts=tuple(flats), coefficients=intercept, steady=steady)
     return found
 
 

@@ -13,6 +13,7 @@ from fullwell.fit.shading.data import ShadingData, shading_data
 from fullwell.fit.shading.extent import corner_and_edges, residual_rms
 from fullwell.fit.shading.selection import ShadingFits, fit_shading
 from fullwell.fit.shading.surface import ShadingModel
+from fullwell.fit.variance_components import variance_components
 from fullwell.frames.series import Camera
 from fullwell.statistics.bins import bin_plane, bin_size
 from fullwell.statistics.series import PlaneStatistics
@@ -77,18 +78,20 @@ def measure_shading(
 
     def fit(task: tuple[Burst, ChannelLevels]) -> ChannelShading | str:
         burst, level = task
-        return _fit(burst, level, prnu=prnu.get(level.channel, USUAL_PRNU), camera=camera)
+        relative = prnu.get(level.channel, USUAL_PRNU)
+        return _fit(burst, level, prnu=relative, lines=_line_noise(bursts, level.channel), camera=camera)
 
     fitted = in_threads(fit, tasks, workers=workers)
     shadings: list[BurstShading] = []
-    failures: list[tuple[Burst, str]] = []
+    failures: list[tuple[Burst, str, str]] = []
     for at, burst in enumerate(flats):
         own = fitted[at * len(levels) : (at + 1) * len(levels)]
         good = tuple(one for one in own if isinstance(one, ChannelShading))
-        if len(good) == len(own):
+        if good:
             shadings.append(BurstShading(iso=bursts.iso, burst=burst, channels=good))
-        else:
-            failures.append((burst, next(one for one in own if isinstance(one, str))))
+        failures += [
+            (burst, level.channel, one) for level, one in zip(levels, own, strict=True) if isinstance(one, str)
+        ]
     rows = tuple(row for one in shadings for row in _rows(bursts, one))
     curves = (*(_choices(one) for one in shadings), *(_profiles(one) for one in shadings[-1:]))
     return Section(rows=rows, curves=curves, findings=_findings(bursts, failures)), tuple(shadings)
@@ -98,7 +101,19 @@ def _relative(pattern: ChannelPattern) -> float:
     return USUAL_PRNU if pattern.prnu is None else math.sqrt(max(pattern.prnu.total.value, 0.0))
 
 
-def _fit(burst: Burst, level: ChannelLevels, *, prnu: float, camera: Camera) -> ChannelShading | str:
+def _line_noise(bursts: IsoBursts, channel: str) -> tuple[float, float]:
+    """Return the temporal row and column variance of one frame, from unlit frames [DN^2]; 0 where these are missing."""
+    for burst in bursts.unlit:
+        if burst.frames > 1:
+            plane = burst.plane(channel)
+            parts = variance_components(plane.mean_squares, plane.shape)
+            return max(parts.tv.value, 0.0), max(parts.th.value, 0.0)
+    return 0.0, 0.0
+
+
+def _fit(
+    burst: Burst, level: ChannelLevels, *, prnu: float, lines: tuple[float, float], camera: Camera
+) -> ChannelShading | str:
     """Fit one plane, or say why it cannot be fitted."""
     plane = burst.plane(level.channel)
     if level.black is None:
@@ -120,7 +135,9 @@ def _fit(burst: Burst, level: ChannelLevels, *, prnu: float, camera: Camera) -> 
         data = shading_data(
             bins,
             black_dn=level.black_dn,
-            temporal_variance_dn2=_at_bins(variance, plane, bins.rows, bins.columns),
+            temporal_variance_dn2=_at_bins(variance, plane, bins.rows, bins.columns)
+            # noise that the bins of a row share does not average out along it: as if each had so much more of its own
+            + size * (lines[0] * bins.columns.size + lines[1] * bins.rows.size),
             frames=plane.frames,
             prnu=prnu,
             pitch_um=None if camera.pixel_pitch_um is None else step * camera.pixel_pitch_um,
@@ -250,15 +267,24 @@ def _numbers(values: NDArray[np.float64]) -> list[float | None]:
     return [float(value) if np.isfinite(value) else None for value in values]
 
 
-def _findings(bursts: IsoBursts, failures: Sequence[tuple[Burst, str]]) -> tuple[Finding, ...]:
-    by_reason: dict[str, list[str]] = {}
-    for burst, reason in failures:
-        by_reason.setdefault(reason, []).append(f"{burst.exposure_s:g}")
+def _findings(bursts: IsoBursts, failures: Sequence[tuple[Burst, str, str]]) -> tuple[Finding, ...]:
+    """Return what is to be said of (burst, channel, reason)."""
+    by_reason: dict[tuple[str, str], list[str]] = {}
+    for burst in dict.fromkeys(burst for burst, _, _ in failures):
+        reasons: dict[str, list[str]] = {}
+        for other, channel, reason in failures:
+            if other is burst:
+                reasons.setdefault(reason, []).append(channel)
+        for reason, channels in reasons.items():
+            by_reason.setdefault((", ".join(channels), reason), []).append(f"{burst.exposure_s:g}")
     return tuple(
         Finding(
             code="shading-not-measured",
             severity=Severity.WARNING,
-            message=f"lens shading at {bursts.label}, flats of {', '.join(exposures)} s, is not measured: {reason}",
+            message=(
+                f"lens shading of {channels} at {bursts.label}, flats of {', '.join(exposures)} s, is not measured: "
+                f"{reason}"
+            ),
         )
-        for reason, exposures in by_reason.items()
+        for (channels, reason), exposures in by_reason.items()
     )

@@ -1,6 +1,7 @@
 """Is the shading the same at every exposure and ISO? Every burst against the first (METHOD 6.5)."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from fullwell.figures.results import Column, Curve
@@ -50,11 +51,11 @@ def measure_shading_differences(
 
 def _channels(base: BurstShading, other: BurstShading) -> tuple[tuple[str, ShadingDifference], ...]:
     found: list[tuple[str, ShadingDifference]] = []
-    for first, second in zip(base.channels, other.channels, strict=True):
-        try:
-            found.append((first.channel, compare_shading(first.data, second.data)))
-        except ValueError:
-            return ()
+    theirs = {one.channel: one.data for one in other.channels}
+    for one in base.channels:
+        if one.channel in theirs:
+            with suppress(ValueError):  # too few bins that both have
+                found.append((one.channel, compare_shading(one.data, theirs[one.channel])))
     return tuple(found)
 
 

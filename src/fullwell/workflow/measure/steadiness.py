@@ -18,6 +18,8 @@ from fullwell.workflow.measure.transfer_points import TransferPoint
 
 DRIFT_SIGNIFICANCE = 1e-4
 SMALLEST_DEVIATION = 0.005
+NOTABLE_FLICKER = 0.01
+"""Relative spread of frame means: its square is then 3 % of the variance of 300 electrons."""
 
 
 def measure_steadiness(
@@ -33,11 +35,31 @@ def measure_steadiness(
             "camera and light settle before a burst; black level and dark current of drifting frames are not reliable"
         )
         findings.append(Finding(code="drift", severity=Severity.WARNING, message=message))
+    findings += _flicker_findings(bursts)
     known = [transfer for level, transfer in zip(levels, transfers, strict=True) if level.black is not None]
     findings += _exposure_findings(bursts, known)
     curves = [_frame_means(bursts, every)] if every else []
     curves += [_response(bursts, transfer) for transfer in known if _lit(bursts, transfer)]
     return Section(findings=tuple(findings), curves=tuple(curves))
+
+
+def _flicker_findings(bursts: IsoBursts) -> tuple[Finding, ...]:
+    """Return what is to be said of a lamp whose light changes from frame to frame."""
+    spreads = {
+        burst.exposure_s: float(means.std(ddof=1) / means.mean())
+        for burst in bursts.flats
+        if burst.frames > 1
+        and (means := np.mean([plane.frame_means for plane in burst.statistics.planes], axis=0)).mean() > 0.0
+    }
+    worst = max(spreads, key=lambda exposure_s: spreads[exposure_s], default=None)
+    if worst is None or spreads[worst] < NOTABLE_FLICKER:
+        return ()
+    message = (
+        f"the light of the flats at {bursts.label} changes from frame to frame, by {100.0 * spreads[worst]:.2g} % at "
+        f"{worst:g} s: where the lens shades, that looks like temporal noise, and the system "
+        "gain may be off; use a lamp on direct current, or exposures of many of its periods"
+    )
+    return (Finding(code="flat-flicker", severity=Severity.WARNING, message=message),)
 
 
 def _groups(bursts: IsoBursts) -> dict[str, list[NDArray[np.float64]]]:

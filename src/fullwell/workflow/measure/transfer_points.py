@@ -85,11 +85,17 @@ def transfer_point(burst: Burst, levels: ChannelLevels) -> TransferPoint:
         signal_dn=mean - levels.black_dn,
         plane_signal_dn=plane.mean - levels.black_dn,
         variance_dn2=variance,
-        dof=phase_aware_dof(plane, variance, float(weights.sum())) if admitted else 0.0,
+        dof=phase_aware_dof(plane, variance, pooled_dof(weights, tiles.temporal_variance[chosen])) if admitted else 0.0,
         n=pixels * plane.frames,
         clipped_fraction=float((clipped * tiles.n).sum() / tiles.n.sum()),
         admitted=admitted and variance > 0.0,
     )
+
+
+def pooled_dof(dof: NDArray[np.int64], variances: NDArray[np.float64]) -> float:
+    """Return the degrees of freedom of variances pooled by theirs: fewer than their sum where tiles differ in light."""
+    whole, squares = float((dof * variances).sum()), float((dof * variances**2).sum())
+    return whole**2 / squares if squares > 0.0 else float(dof.sum())
 
 
 def correlation_inflation(plane: PlaneStatistics, variance_dn2: float) -> float:

@@ -219,7 +219,10 @@ def _findings(
     info, warning = Severity.INFO, Severity.WARNING
     rows, columns = placement.shift
     turned = f"its mosaic is turned to the right by {_degrees(placement)} degrees against the map's; so was the map"
-    shifted = f"its colours lie {rows} rows and {columns} columns from the map's; planes were matched by colour"
+    shifted = (
+        f"its colours lie {rows} rows and {columns} columns from the map's; planes were matched by colour. If its "
+        "mosaic is turned instead, say so with --turn"
+    )
     rounded = f"corrected it needs more than 16 bits; codes were multiplied by {result.scale:.4g}"
     opcodes = f"it had {replaced} gain maps of its own; the copy holds ours in their place"
     said = (

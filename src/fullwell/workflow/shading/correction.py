@@ -57,9 +57,16 @@ def corrected(
     Raises
     ------
     UsageError
-        Where the map is not above 0 everywhere, so that nothing can be divided by it.
+        Where the map is not above 0 everywhere, so that nothing can be divided by it, or the scene lies below the black
+        level, which is then not its own.
 
     """
+    highest = float(np.percentile(mosaic, 99.0))
+    if highest < min(black_level):
+        raise UsageError(
+            f"the black level {min(black_level):g} DN lies above the scene, whose codes go up to {highest:g} DN: it is "
+            "not this scene's; give its own with --black"
+        )
     period = cell(placement.scene.cfa)
     planes = [
         _divided(mosaic, placement, site, black_dn=black, white_dn=white)

@@ -127,7 +127,7 @@ def measure_study(path: Path, *, options: Options, progress: Progress | None = N
         )
         groups = group_by_iso(measured, reduction.statistics, reduction.sums)
         isos = [measure_iso(study, group, workers=options.workers) for group in groups if group.flats]
-        bursts = tuple(one for iso in isos for one in iso.shadings)
+        bursts = tuple(one for iso in isos for one in iso.shadings if len(one.channels) == len(iso.bursts.channels))
         rows = tuple(row for iso in isos for row in iso.section.rows if row.quantity.startswith("shading_"))
         own = [(one.bursts, replace(one.section, findings=_concerned(one.section.findings))) for one in isos]
         findings = (*study.findings, *reduction.findings, *over_isos(own))

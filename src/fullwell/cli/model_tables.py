@@ -10,6 +10,7 @@ from rich.markup import escape
 from fullwell.cli.tables import plain_table, print_findings
 from fullwell.figures.noise_model import Conventions
 from fullwell.figures.noise_translation import Translation
+from fullwell.figures.results import Row
 from fullwell.report.numbers import show, show_unit
 from fullwell.workflow.model import Conversion, ConvertedModel
 
@@ -64,5 +65,11 @@ def _print_dialect(console: Console, dialect: str, figures: Sequence[Translation
             if row.method in _BY_METHOD:
                 how += f" ({_BY_METHOD[row.method]})"
             flags = ", ".join(flag for flag in row.flags if flag != "recommended")
-            table.add_row(figure.symbol, show(row.measured, row.flags), show_unit(row.measured.unit), how, flags)
+            table.add_row(figure.symbol, _shown(row), show_unit(row.measured.unit), how, flags)
     console.print(table, highlight=False)
+
+
+def _shown(row: Row) -> str:
+    """Return a figure to the digits of its error; one without an error as it can be typed in again."""
+    exact = row.measured.std_error is None and "upper-limit" not in row.flags
+    return f"{row.measured.value:.6g}" if exact else show(row.measured, row.flags)

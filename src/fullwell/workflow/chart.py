@@ -14,7 +14,7 @@ from fullwell.fit.black_level import Evidence
 from fullwell.frames.images import load_images
 from fullwell.frames.series import Frame, Kind, Series, Study
 from fullwell.glossary import RECOMMENDED
-from fullwell.raw.cfa import cell
+from fullwell.raw.cfa import ALL, cell
 from fullwell.raw.image import Levels
 from fullwell.report.pictures import ChartPicture, Pictures
 from fullwell.report.write import check_target, write_files
@@ -23,6 +23,7 @@ from fullwell.workflow.chart_pictures import chart_pictures, rendered_points
 from fullwell.workflow.chart_reading import ChartReading, Placed, read_shots
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.chart.chart import BlackChoice, ChartMeasurement, measure_shots
+from fullwell.workflow.measure.levels import DARK_FRAMES
 from fullwell.workflow.measure.section import Section, joined
 from fullwell.workflow.options import Options
 from fullwell.workflow.run import run_facts
@@ -147,7 +148,6 @@ def measure_chart_folders(
     rows: Sequence[Row],
     *,
     options: Options,
-    others: Mapping[float | None, Mapping[str, Evidence]] | None = None,
     progress: Progress | None = None,
 ) -> ChartOutcome:
     """Measure the charts of a study: every folder of them is one still scene, all of an ISO go into one table.
@@ -157,12 +157,10 @@ def measure_chart_folders(
     study
         Its series of kind chart are measured.
     rows
-        What its other frames told: figures that stand there already are given the region ``chart`` here, and none of
-        those is recommended.
+        What its other frames told. The black level that dark frames tell counts as evidence; figures that stand there
+        already are given the region ``chart`` here, and none of those is recommended.
     options
         Workers.
-    others
-        Black level of each channel, and of ``all``, by ISO, as dark frames tell it.
     progress
         Told of every frame; None for silence.
 
@@ -187,8 +185,7 @@ def measure_chart_folders(
         readings.append(reading)
         sections.append(Section(findings=reading.findings))
         if reading.shots.scenes:
-            evidence = (others or {}).get(iso, {})
-            measurement = measure_shots(study, reading.shots, black=BlackChoice(others=evidence))
+            measurement = measure_shots(study, reading.shots, black=BlackChoice(others=_dark_evidence(rows, iso)))
             measurements.append(measurement)
             sections.append(_beside(measurement.section, rows))
     return ChartOutcome(section=joined(sections), readings=tuple(readings), measurements=tuple(measurements))
@@ -225,6 +222,17 @@ def _by_folder(frames: Sequence[tuple[Series, Frame]]) -> list[list[tuple[Series
     return [list(group) for _, group in groupby(sorted(frames, key=lambda one: (folder(one), one[1].name)), key=folder)]
 
 
+def _dark_evidence(rows: Sequence[Row], iso: float | None) -> Mapping[str, Evidence]:
+    """Return what dark frames tell of the black level at one ISO, by channel; of ``all`` where they tell it of each."""
+    own = [row for row in rows if row.quantity == "black_level" and row.iso == iso and row.region is None]
+    own = [row for row in own if row.exposure_s is None and row.measured.std_error]
+    told = {row.channel: row for row in own if row.method == DARK_FRAMES}
+    shared = [row for row in own if row.channel == ALL and not {"offset-not-identified", "user"} & set(row.flags)]
+    if told and shared:
+        told[ALL] = shared[0]
+    return {channel: Evidence(method=DARK_FRAMES, measured=row.measured) for channel, row in told.items()}
+
+
 def _beside(section: Section, rows: Sequence[Row]) -> Section:
     """Give figures that other frames have told already a region of their own, and no recommendation."""
     taken = {_key(row) for row in rows if RECOMMENDED in row.flags}
@@ -242,7 +250,7 @@ def _beside(section: Section, rows: Sequence[Row]) -> Section:
 
 
 def _key(row: Row) -> tuple[object, ...]:
-    return (row.quantity, row.channel, row.measured.unit, row.iso, row.temperature_c, row.snr_threshold)
+    return (row.quantity, row.channel, row.measured.unit, row.iso, row.snr_threshold)
 
 
 def _refuse_to_replace(study: Study, out: Path) -> None:

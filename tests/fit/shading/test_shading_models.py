@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fullwell.fit.shading.extent import corner_and_edges, residual_rms
+from fullwell.fit.shading.polynomial import monomial_coefficients
 from fullwell.fit.shading.projection import fit_radial
 from fullwell.fit.shading.selection import MODELS, fit_shading
 from fullwell.fit.shading.surface import ShadingModel
@@ -103,7 +104,7 @@ def test_a_lens_that_is_round_is_radial(bench):
 
 
 def test_exact_surfaces_are_found_exactly(bench):
-    """Without noise the law comes back, and with it the centre, the corner and a map of 1 at the centre."""
+    """Without noise the law comes back, and with it the centre, the corner and the maximum."""
     plane = bench(bins=(60, 80))
     truth = 500.0 * plane.on_bins(plane.cosine)
     data = plane.data(truth, np.random.default_rng(3))
@@ -114,12 +115,6 @@ def test_exact_surfaces_are_found_exactly(bench):
         assert model.maximum_dn == pytest.approx(500.0, rel=1e-4)
         corner = np.mean([plane.cosine(row, column) for row in (0.0, 479.0) for column in (0.0, 639.0)])
         assert corner_and_edges(model).corner.value == pytest.approx(corner, rel=1e-3)
-        shading = model.map(step=7)
-        assert shading.shape == (69, 92)
-        assert shading.max() == pytest.approx(1.0, abs=1e-4)
-        np.testing.assert_allclose(
-            shading, model.surface(np.arange(0, 480, 7)[:, None], np.arange(0, 640, 7)[None]) / model.maximum_dn
-        )
 
 
 def test_a_model_survives_as_plain_arrays(simulated, tmp_path):
@@ -130,8 +125,31 @@ def test_a_model_survives_as_plain_arrays(simulated, tmp_path):
             again = ShadingModel.from_arrays(arrays)
         assert again.name == name
         assert again.centre == model.centre
-        np.testing.assert_array_equal(again.map(step=50), model.map(step=50))
+        rows, columns = (np.arange(0.0, size, 50.0) for size in model.plane_shape)
+        np.testing.assert_array_equal(
+            again.surface(rows[:, None], columns[None]), model.surface(rows[:, None], columns[None])
+        )
         assert corner_and_edges(again) == corner_and_edges(model)
+
+
+def test_monomials_are_the_weighted_least_squares_of_the_bins(simulated):
+    """Rows and columns count from 1, as in the published tables: values and errors from a design written out."""
+    data = simulated[1]
+    model = fit_shading(data, models=["poly22"]).best
+    names, values, errors = zip(*monomial_coefficients(model), strict=True)
+    assert names == ("p00", "p10", "p01", "p20", "p11", "p02")
+    weights = WeightedBins.of(data)
+    x, y = (axis.ravel() + 1.0 for axis in np.meshgrid(data.rows, data.columns, indexing="ij"))
+    design = np.stack([x**0, x, y, x * x, x * y, y * y], axis=1)
+    scale = np.abs(design).max(axis=0)
+    root = np.sqrt(weights.weight.ravel())[:, None] * design / scale
+    information = root.T @ root
+    bread = np.linalg.inv(information)
+    expected = bread @ (root.T @ (np.sqrt(weights.weight) * weights.signal_dn).ravel())
+    rounding = 10.0 * float(np.linalg.cond(information)) * float(np.finfo(np.float64).eps)
+    np.testing.assert_allclose(np.array(values) * scale, expected, rtol=0.0, atol=rounding * np.abs(expected).max())
+    np.testing.assert_allclose(errors * scale, np.sqrt(np.diag(bread)) * model.error_scale, rtol=rounding)
+    assert rounding < 1e-9
 
 
 def test_residuals_of_the_right_model_are_the_noise(bench):

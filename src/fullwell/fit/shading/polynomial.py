@@ -1,10 +1,17 @@
 """Polynomials of row and column by weighted least squares (METHOD 6.2)."""
 
+from typing import Final
+
 import numpy as np
 
 from fullwell.fit.shading.solution import Solution
+from fullwell.fit.shading.surface import ShadingModel
 from fullwell.fit.shading.weighting import TensorGrid, WeightedBins, sandwich, symmetric_inverse
 from fullwell.model.shading import TensorSurface
+
+_POWERS: Final = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+_PLACES: Final = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
+"""Six places that determine a polynomial of degree two, as fractions of the plane."""
 
 
 def fit_polynomial(bins: WeightedBins, surface: TensorSurface) -> Solution:
@@ -28,3 +35,21 @@ def fit_polynomial(bins: WeightedBins, surface: TensorSurface) -> Solution:
         temporal_covariance=sandwich(bread, grid.gram(temporal)),
         terms=float(terms),
     )
+
+
+def monomial_coefficients(model: ShadingModel) -> tuple[tuple[str, float, float], ...]:
+    """Return name, value and standard error of p00, p10, p01, p20, p11, p02 of a polynomial of degree two.
+
+    Parameters
+    ----------
+    model
+        A ``poly22``; x is the row and y the column of its plane, counted from 1 [DN, DN/pixel, DN/pixel^2].
+
+    """
+    size = np.asarray(model.plane_shape, dtype=np.float64)
+    values, covariance = model.surface_and_covariance(*(_PLACES * size - 1.0).T)
+    solve = np.linalg.inv(np.stack([_PLACES[:, 0] ** x * _PLACES[:, 1] ** y for x, y in _POWERS], axis=1))
+    solve /= np.array([size[0] ** x * size[1] ** y for x, y in _POWERS])[:, np.newaxis]
+    errors = np.sqrt(np.maximum(np.diag(solve @ covariance @ solve.T), 0.0))
+    names = (f"p{x}{y}" for x, y in _POWERS)
+    return tuple(zip(names, (solve @ values).tolist(), errors.tolist(), strict=True))

@@ -130,23 +130,6 @@ class ShadingModel:
         covariance = self.temporal_covariance if temporal else self.covariance
         return equation.value(row, column, self.values), slopes.T @ covariance @ slopes
 
-    def map(self, *, step: int = 1) -> FloatArray:
-        """Return the surface over the whole plane, 1 at its centre.
-
-        Parameters
-        ----------
-        step
-            Every how many pixels, from the first pixel of the plane.
-
-        Returns
-        -------
-        ndarray
-            Shape (ceil(rows / step), ceil(columns / step)) [1].
-
-        """
-        rows, columns = (np.arange(0, size, step, dtype=np.float64) for size in self.plane_shape)
-        return self.surface(rows[:, None], columns[None, :]) / self.maximum_dn
-
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return all there is as plain arrays, for ``numpy.savez``; `from_arrays` takes them back."""
         known = {field.name: getattr(self, field.name) for field in fields(self)}

@@ -6,16 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-import numpy as np
-
+from fullwell.fit.shading.polynomial import monomial_coefficients
 from fullwell.fit.shading.surface import ShadingModel
 from fullwell.workflow.measure.shading import BurstShading
 
 _COLUMNS: Final = ("iso", "exposure_s", "channel", "model", "chosen", "parameter", "value", "std_error")
 _PUBLISHED: Final = "poly22"
-_POWERS: Final = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-_PLACES: Final = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
-"""Six places that determine a polynomial of degree two, as fractions of the plane."""
 _UNLISTED: Final = "p-spline"
 """Its coefficients mean nothing one by one; the map files hold them."""
 
@@ -38,28 +34,10 @@ def coefficients_csv(bursts: Sequence[BurstShading]) -> str:
     return text.getvalue()
 
 
-def published_coefficients(model: ShadingModel) -> tuple[tuple[str, float, float], ...]:
-    """Return name, value and standard error of p00, p10, p01, p20, p11, p02 of a polynomial of degree two.
-
-    Parameters
-    ----------
-    model
-        A ``poly22``; x is the row and y the column of its plane, counted from 1 [DN, DN/pixel, DN/pixel^2].
-
-    """
-    size = np.asarray(model.plane_shape, dtype=np.float64)
-    values, covariance = model.surface_and_covariance(*(_PLACES * size - 1.0).T)
-    solve = np.linalg.inv(np.stack([_PLACES[:, 0] ** x * _PLACES[:, 1] ** y for x, y in _POWERS], axis=1))
-    solve /= np.array([size[0] ** x * size[1] ** y for x, y in _POWERS])[:, np.newaxis]
-    errors = np.sqrt(np.maximum(np.diag(solve @ covariance @ solve.T), 0.0))
-    names = (f"p{x}{y}" for x, y in _POWERS)
-    return tuple(zip(names, (solve @ values).tolist(), errors.tolist(), strict=True))
-
-
 def _lines(model: ShadingModel) -> Iterator[tuple[str, str, str]]:
     if model.name == _UNLISTED:
         return
-    named = published_coefficients(model) if model.name == _PUBLISHED else _plain(model)
+    named = monomial_coefficients(model) if model.name == _PUBLISHED else _plain(model)
     for name, value, error in named:
         yield name, f"{value:.12g}", f"{error:.6g}"
 

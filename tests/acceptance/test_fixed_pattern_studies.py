@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from independent_study import FLAT_EXPOSURES_S, Truth, write_dng, write_study
+from independent_study import FLAT_EXPOSURES_S, Sensor, Truth, write_dng, write_study
 
 SMALL = Truth(width=256, height=192, isos=(100,), darks=3, flats=4, biases=5)
 
@@ -114,3 +114,44 @@ def test_other_sizes_and_cfas_are_named_and_change_nothing(
     _, document = characterize(study, tmp_path / "out")
     assert any("small.dng" in file for finding in document["findings"] for file in finding["files"])
     assert document["results"] == clean["results"]
+
+
+def test_a_flickering_lamp_over_a_shaded_field_is_said_and_moves_no_prnu(
+    characterize: Callable, tmp_path: Path
+) -> None:
+    truth = replace(SMALL, flats=5)
+    study = tmp_path / "study"
+    write_study(study, truth, seed=77, dark_exposures_s=(0.5, 2.0))
+    sensor = Sensor(truth, 77)
+    rng = np.random.default_rng(2)
+    for path in sorted((study / "flat").rglob("*.dng")):
+        exposure_s = int(path.stem.split("_")[0]) / 1e6
+        mosaic = sensor.frame(iso=100, exposure_s=exposure_s * (1 + 0.05 * rng.standard_normal()), lit=True)
+        write_dng(path, mosaic, iso=100, exposure_s=exposure_s, black=truth.black, white=truth.white)
+    _, document = characterize(study, tmp_path / "out")
+    assert "flat-flicker" in codes_of(document)
+    for quantity, expected in (("prnu_variance", (100 * truth.prnu) ** 2), ("prnu_row_variance", 0.0)):
+        rows = [row for row in rows_of(document, quantity, "flat-dark-stack") if row["region"] is None]
+        assert all(abs(row["value"] - expected) < 5 * row["std_error"] for row in rows)
+
+
+def test_a_dark_burst_much_longer_than_the_flats_is_not_set_against_them(
+    small_study: Path, characterize: Callable, tmp_path: Path
+) -> None:
+    study = tmp_path / "study"
+    shutil.copytree(small_study, study, ignore=shutil.ignore_patterns("bias"))
+    _, document = characterize(study, tmp_path / "out")
+    assert "no-dark-stack" in codes_of(document)
+    assert not rows_of(document, "prnu", "flat-dark-stack")
+
+
+@pytest.mark.parametrize(("width", "height"), [(201, 151), (200, 150), (64, 48)])
+def test_odd_sizes_and_slivers_of_tiles_are_measured(
+    width: int, height: int, characterize: Callable, tmp_path: Path
+) -> None:
+    truth = replace(SMALL, width=width, height=height, flats=2, darks=2, biases=2)
+    write_study(tmp_path / "study", truth, seed=5, dark_exposures_s=(0.5, 2.0))
+    _, document = characterize(tmp_path / "study", tmp_path / "out")
+    rows = [row for row in rows_of(document, "prnu_variance", "flat-dark-stack") if row["region"] is None]
+    assert len(rows) == 5
+    assert all(row["std_error"] > 0 for row in rows)

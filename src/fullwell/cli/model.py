@@ -1,6 +1,7 @@
 """``fullwell model``: one noise model in every dialect."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,55 +14,69 @@ if TYPE_CHECKING:
     from fullwell.workflow.model import Conversion
     from fullwell.workflow.model_figures import StatedFigures
 
-_Number = float | None
+_KDark = Annotated[float | None, typer.Option("--k-dark", metavar="K", help="Noise in the dark over D.")]
+_KShot = Annotated[float | None, typer.Option("--k-shot", metavar="K", help="Photon noise at V = 1 over D.")]
+_KFpn = Annotated[float | None, typer.Option("--k-fpn", metavar="K", help="Fixed pattern noise over signal.")]
+_SystemGain = Annotated[float | None, typer.Option("--system-gain", metavar="DN/e-", help="K of EMVA 1288.")]
+_ReadNoise = Annotated[
+    float | None,
+    typer.Option("--read-noise", metavar="e-", help="Temporal dark noise, no rounding: EMVA 1288's sigma_d."),
+]
+_ReadNoiseDn = Annotated[float | None, typer.Option("--read-noise-dn", metavar="DN", help="The same in DN.")]
+_Dsnu = Annotated[float | None, typer.Option("--dsnu", metavar="e-", help="Spread of the offsets.")]
+_DsnuDn = Annotated[float | None, typer.Option("--dsnu-dn", metavar="DN", help="The same in DN.")]
+_Prnu = Annotated[float | None, typer.Option("--prnu", metavar="%", help="Spread of the responses.")]
+_DarkCurrent = Annotated[float | None, typer.Option("--dark-current", metavar="e-/s", help="Its variance is i t.")]
+_SaturationCapacity = Annotated[
+    float | None, typer.Option("--saturation-capacity", metavar="e-", help="Electrons at saturation.")
+]
+_SaturationDn = Annotated[
+    float | None, typer.Option("--saturation-dn", metavar="DN", help="The same in DN above the black level.")
+]
+_DigitalMaximum = Annotated[
+    float | None,
+    typer.Option("--digital-maximum", metavar="DN", help="D, what V = 1 stands for; the white level by default."),
+]
+_White = Annotated[float | None, typer.Option("--white", metavar="DN", help="White level; D by default.")]
+_Black = Annotated[float | None, typer.Option("--black", metavar="DN", help="Black level.")]
+_Step = Annotated[
+    float | None, typer.Option("--step", metavar="DN", help="Distance of two codes; 1 but for rescaled files.")
+]
+_Exposure = Annotated[
+    str | None,
+    typer.Option("--exposure", metavar="TIME", help="Exposure of the frames in the dark, for example 10s or 20ms."),
+]
+_NoiseProfile = Annotated[
+    list[str] | None,
+    typer.Option("--noise-profile", metavar="S,O", help="NoiseProfile of a DNG: one pair, or one a plane."),
+]
+_File = Annotated[
+    Path | None,
+    typer.Argument(parser=path_from, metavar="FILE", help="results.json or its folder, or a DNG with a NoiseProfile."),
+]
 
 
 def model(
-    path: Annotated[
-        Path | None,
-        typer.Argument(
-            parser=path_from, metavar="FILE", help="results.json or its folder, or a DNG with a NoiseProfile."
-        ),
-    ] = None,
+    path: _File = None,
     *,
-    k_dark: Annotated[_Number, typer.Option("--k-dark", metavar="K", help="Noise in the dark over D.")] = None,
-    k_shot: Annotated[_Number, typer.Option("--k-shot", metavar="K", help="Photon noise at V = 1 over D.")] = None,
-    k_fpn: Annotated[_Number, typer.Option("--k-fpn", metavar="K", help="Fixed pattern noise over signal.")] = None,
-    system_gain: Annotated[_Number, typer.Option("--system-gain", metavar="DN/e-", help="K of EMVA 1288.")] = None,
-    read_noise: Annotated[
-        _Number,
-        typer.Option("--read-noise", metavar="e-", help="Temporal dark noise, no rounding: EMVA 1288's sigma_d."),
-    ] = None,
-    read_noise_dn: Annotated[_Number, typer.Option("--read-noise-dn", metavar="DN", help="The same in DN.")] = None,
-    dsnu: Annotated[_Number, typer.Option("--dsnu", metavar="e-", help="Spread of the offsets.")] = None,
-    dsnu_dn: Annotated[_Number, typer.Option("--dsnu-dn", metavar="DN", help="The same in DN.")] = None,
-    prnu: Annotated[_Number, typer.Option("--prnu", metavar="%", help="Spread of the responses.")] = None,
-    dark_current: Annotated[
-        _Number, typer.Option("--dark-current", metavar="e-/s", help="Its variance is i t.")
-    ] = None,
-    exposure: Annotated[
-        str | None,
-        typer.Option("--exposure", metavar="TIME", help="Exposure of the frames in the dark, for example 10s or 20ms."),
-    ] = None,
-    saturation_capacity: Annotated[
-        _Number, typer.Option("--saturation-capacity", metavar="e-", help="Electrons at saturation.")
-    ] = None,
-    saturation_dn: Annotated[
-        _Number, typer.Option("--saturation-dn", metavar="DN", help="The same in DN above the black level.")
-    ] = None,
-    noise_profile: Annotated[
-        list[str] | None,
-        typer.Option("--noise-profile", metavar="S,O", help="NoiseProfile of a DNG: one pair, or one a plane."),
-    ] = None,
-    digital_maximum: Annotated[
-        _Number,
-        typer.Option("--digital-maximum", metavar="DN", help="D, what V = 1 stands for; the white level by default."),
-    ] = None,
-    white: Annotated[_Number, typer.Option("--white", metavar="DN", help="White level; D by default.")] = None,
-    black: Annotated[_Number, typer.Option("--black", metavar="DN", help="Black level.")] = None,
-    step: Annotated[
-        _Number, typer.Option("--step", metavar="DN", help="Distance of two codes; 1 but for rescaled files.")
-    ] = None,
+    k_dark: _KDark = None,
+    k_shot: _KShot = None,
+    k_fpn: _KFpn = None,
+    system_gain: _SystemGain = None,
+    read_noise: _ReadNoise = None,
+    read_noise_dn: _ReadNoiseDn = None,
+    dsnu: _Dsnu = None,
+    dsnu_dn: _DsnuDn = None,
+    prnu: _Prnu = None,
+    dark_current: _DarkCurrent = None,
+    exposure: _Exposure = None,
+    saturation_capacity: _SaturationCapacity = None,
+    saturation_dn: _SaturationDn = None,
+    noise_profile: _NoiseProfile = None,
+    digital_maximum: _DigitalMaximum = None,
+    white: _White = None,
+    black: _Black = None,
+    step: _Step = None,
     iso: Isos = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -74,26 +89,12 @@ def model(
         from fullwell.workflow.model_figures import StatedFigures  # noqa: PLC0415 - as above
 
         asked = selection_from(isos=iso, exposures=None if exposure is None else [exposure])
-        figures = StatedFigures(
-            k_dark=k_dark,
-            k_shot=k_shot,
-            k_fpn=k_fpn,
-            system_gain=system_gain,
-            read_noise=read_noise,
-            read_noise_dn=read_noise_dn,
-            dsnu=dsnu,
-            dsnu_dn=dsnu_dn,
-            prnu=prnu,
-            dark_current=dark_current,
-            exposure_s=asked.exposures_s[0] if asked.exposures_s else None,
-            saturation_capacity=saturation_capacity,
-            saturation_dn=saturation_dn,
-            noise_profile=_pairs(noise_profile or []),
-            digital_maximum=digital_maximum,
-            white=white,
-            black=black,
-            step=step,
-        )
+        exposure_s = asked.exposures_s[0] if asked.exposures_s else None
+        ks = StatedFigures(k_dark=k_dark, k_shot=k_shot, k_fpn=k_fpn, noise_profile=_pairs(noise_profile or []))
+        noises = replace(ks, read_noise=read_noise, read_noise_dn=read_noise_dn, dsnu=dsnu, dsnu_dn=dsnu_dn, prnu=prnu)
+        charges = replace(noises, system_gain=system_gain, dark_current=dark_current, exposure_s=exposure_s)
+        ends = replace(charges, saturation_capacity=saturation_capacity, saturation_dn=saturation_dn)
+        figures = replace(ends, digital_maximum=digital_maximum, white=white, black=black, step=step)
         _tell(_conversion(path, figures, isos=asked.isos), as_json=as_json, quiet=quiet)
 
 

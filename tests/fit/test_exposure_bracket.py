@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from fullwell.fit.exposure_bracket import fit_exposure_bracket, solve_bracket
-from fullwell.fit.legacy_chart import legacy_offset
+from fullwell.fit.legacy.chart import legacy_offset
 from fullwell.fit.offset_drift import frame_drift, repeat_levels
 
 OFFSET = 511.0

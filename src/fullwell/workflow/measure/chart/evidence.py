@@ -9,7 +9,7 @@ import numpy as np
 from fullwell.findings import Finding, Severity
 from fullwell.fit.black_level import Evidence
 from fullwell.fit.black_level import declared as declared_level
-from fullwell.fit.legacy_chart import PUBLISHED_RATIO, legacy_offset
+from fullwell.fit.legacy.chart import PUBLISHED_RATIO, legacy_offset
 from fullwell.fit.pooling import mean_sharing_errors, weighted_mean
 from fullwell.frames.series import Study
 from fullwell.raw.cfa import ALL

@@ -6,7 +6,7 @@ from typing import Literal
 
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
-from fullwell.fit.legacy import fit_legacy_imatest
+from fullwell.fit.legacy.imatest import fit_legacy_imatest
 from fullwell.raw.cfa import ALL
 from fullwell.statistics.chart import PatchPoint
 from fullwell.workflow.measure.chart.evidence import BlackEvidence

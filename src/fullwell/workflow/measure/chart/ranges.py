@@ -20,7 +20,7 @@ from fullwell.figures.saturation import (
 from fullwell.figures.snr import snr_maximum
 from fullwell.findings import Finding, Severity
 from fullwell.fit.gamma_likelihood import signed_deviance
-from fullwell.fit.legacy_chart import legacy_max_noise_patch, legacy_patch_range
+from fullwell.fit.legacy.chart import legacy_max_noise_patch, legacy_patch_range
 from fullwell.raw.cfa import ALL
 from fullwell.statistics.chart import MAX_CLIPPED, PatchPoint
 from fullwell.units import DN, DN_PER_ELECTRON, ELECTRON, Measured

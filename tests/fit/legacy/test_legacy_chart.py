@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from fullwell.fit.legacy_chart import PUBLISHED_RATIO, legacy_max_noise_patch, legacy_offset, legacy_patch_range
+from fullwell.fit.legacy.chart import PUBLISHED_RATIO, legacy_max_noise_patch, legacy_offset, legacy_patch_range
 
 MAXIMUM = 16383.0
 A, B, C = np.array([1.672e-4, 5.554e-3, 5.477e-3]) ** 2 * np.array([MAXIMUM**2, MAXIMUM, 1.0])

@@ -74,6 +74,7 @@ def test_an_exposure_has_a_unit() -> None:
         (("missing.json",), "does not exist"),
         (("missing.json", "--prnu", "1"), "leave --prnu out"),
         ((*A6000, "--exposure", "soon"), "--exposure soon"),
+        ((*A6000, "--exposure", "1s,2s"), "give one exposure"),
     ],
 )
 def test_bad_use_is_a_sentence(arguments: tuple[str, ...], said: str) -> None:

@@ -89,7 +89,7 @@ def model(
         from fullwell.workflow.model_figures import StatedFigures  # noqa: PLC0415 - as above
 
         asked = selection_from(isos=iso, exposures=None if exposure is None else [exposure])
-        exposure_s = asked.exposures_s[0] if asked.exposures_s else None
+        exposure_s = _one(asked.exposures_s)
         ks = StatedFigures(k_dark=k_dark, k_shot=k_shot, k_fpn=k_fpn, noise_profile=_pairs(noise_profile or []))
         noises = replace(ks, read_noise=read_noise, read_noise_dn=read_noise_dn, dsnu=dsnu, dsnu_dn=dsnu_dn, prnu=prnu)
         charges = replace(noises, system_gain=system_gain, dark_current=dark_current, exposure_s=exposure_s)
@@ -112,6 +112,15 @@ def _conversion(path: Path | None, figures: "StatedFigures", *, isos: tuple[floa
     if stated:
         raise UsageError(f"{path} holds its noise model; leave {stated[0]} out, or the file.")
     return convert_file(path, isos=isos)
+
+
+def _one(exposures_s: tuple[float, ...]) -> float | None:
+    """Return the one exposure that is stated, if any [s]."""
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+
+    if len(exposures_s) > 1:
+        raise UsageError("--exposure: give one exposure; a model describes the frames of one.")
+    return exposures_s[0] if exposures_s else None
 
 
 def _pairs(texts: list[str]) -> tuple[tuple[float, float], ...]:

@@ -5,6 +5,7 @@ from typing import Final
 
 from fullwell.figures.results import Results
 from fullwell.report import plots_dark, plots_response, plots_transfer
+from fullwell.report.chart_sections import chart_sections, charts_alone
 from fullwell.report.curves import Table, Value
 from fullwell.report.lens_section import lens_shading
 from fullwell.report.material import (
@@ -30,8 +31,9 @@ def build_sections(results: Results, pictures: Pictures | None) -> tuple[Section
     """Return every section of the report, pictures drawn."""
     material = material_of(results, pictures)
     with style():
-        made = [maker(material) for maker in _MAKERS]
-    return tuple(section for section in made if section.shown)
+        made = [] if charts_alone(material) else [maker(material) for maker in _MAKERS]
+        charts = chart_sections(material)
+    return (*(section for section in made if section.shown), *charts)
 
 
 def _against_iso(material: Material) -> Section:

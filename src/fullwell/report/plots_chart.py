@@ -1,0 +1,344 @@
+"""The two main pictures of a chart: noise, and signal-to-noise ratio, against the normalized signal."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from fullwell.report.curves import Table, Value
+from fullwell.report.numbers import show_iso
+from fullwell.report.pictures import RenderedPoints
+from fullwell.report.plots import (
+    INK,
+    PIXELS,
+    QUIET,
+    Picture,
+    channel_legend,
+    color_of,
+    finite_range,
+    key,
+    log_axis,
+    pixels_below,
+    sheet,
+    vector_picture,
+)
+from fullwell.report.plots_chart_model import (
+    DARK,
+    FIXED,
+    MODEL_GRAY,
+    SHOT,
+    NoiseCurve,
+    Patches,
+    along,
+    circle_keys,
+    common_lines,
+    decibel,
+    leading_curve,
+    noise_curves,
+    patches_of,
+    scatter,
+)
+
+_SIGNAL: Final = "Normalized signal above black  V = S / D"
+_HEIGHT_IN: Final = 5.9
+_BROAD: Final = 5.5
+
+Facts = Sequence[tuple[str, str]]
+"""Names and values written into a picture."""
+
+
+def noise_curve(points: Table, models: Table, iso: Value, facts: Facts) -> Picture | None:
+    """Draw noise against signal with model, asymptotes and residuals for one ISO; None without a model.
+
+    Parameters
+    ----------
+    points, models
+        Curves `chart_points` and `chart_noise_model` of the ISO.
+    iso
+        Of the tables.
+    facts
+        Figures to write beside the curve.
+
+    """
+    curves = noise_curves(models)
+    leading = leading_curve(curves)
+    if leading is None:
+        return None
+    every = patches_of(points, leading.digital_maximum)
+    figure, main, rest = _sheet_with_strip()
+    span = _span(every, leading)
+    noises = [one.noise[one.signal > span[0]] for one in every]
+    grid = np.geomspace(*span, 241)
+    limits = finite_range(*noises, leading.noise(grid), positive=True) or (1e-4, 1e-1)
+    main.set(xlim=span, ylim=(limits[0] / 1.9, limits[1] * 2.4))
+    log_axis(main, "x")
+    log_axis(main, "y")
+    for one in common_lines(curves):
+        main.plot(grid, one.noise(grid), color=MODEL_GRAY, linewidth=_BROAD, solid_capstyle="round", zorder=1.5)
+    _noise_asymptotes(main, leading)
+    for one in every:
+        scatter(main, one, one.noise)
+    main.set_ylabel("Normalized noise  σ / D")
+    _strip(rest, main, every)
+    _write_facts(main, facts, place=(0.018, 0.965))
+    _legend(figure, every)
+    pixels_below(main)
+    return vector_picture(
+        figure,
+        alt=f"Photon transfer noise curve at {_named(iso)}: noise of every patch against its signal, with the model",
+        caption=(
+            f"Photon transfer noise curve at {_named(iso)}. Each circle is one patch in one channel of one frame; the "
+            "grey line is the noise model that was fitted to all of them. Its three parts are the dashed lines: dark "
+            "noise is the same everywhere, shot noise grows with the square root of the signal, fixed pattern in "
+            "proportion to it. Noise depends on the raw value alone, so every colour lies on one curve. Below: "
+            "deviation from the channel's own model in standard deviations, grey: ±2."
+        ),
+    )
+
+
+def snr_curve(
+    points: Table, models: Table, iso: Value, *, facts: Facts, saturation: float | None, range_text: str
+) -> Picture | None:
+    """Draw the signal-to-noise ratio in dB against signal, with model and asymptotes, for one ISO.
+
+    Parameters
+    ----------
+    points, models, iso
+        As in `noise_curve`.
+    facts
+        Figures to write beside the curve.
+    saturation
+        Normalized signal at saturation; None where unknown.
+    range_text
+        Dynamic range to write over the arrow from SNR 1 to saturation.
+
+    """
+    curves = noise_curves(models)
+    leading = leading_curve(curves)
+    if leading is None:
+        return None
+    every = patches_of(points, leading.digital_maximum)
+    figure = sheet(4.7)
+    axes = figure.add_axes((0.072, 0.105, 0.915, 0.8))
+    span = _span(every, leading, reach=0.45)
+    grid = np.geomspace(*span, 241)
+    highest = finite_range(*[one.snr for one in every], decibel(grid / leading.noise(grid)))
+    axes.set(xlim=span, ylim=(-7.5, (highest[1] if highest else 40.0) + 7.5))
+    log_axis(axes, "x")
+    for one in common_lines(curves):
+        axes.plot(grid, decibel(grid / one.noise(grid)), color=MODEL_GRAY, linewidth=_BROAD, zorder=1.5)
+    _snr_asymptotes(axes, leading)
+    for one in every:
+        scatter(axes, one, one.snr)
+    axes.set_yticks(np.arange(0.0, axes.get_ylim()[1], 10.0))
+    axes.set(xlabel=_SIGNAL, ylabel="Signal / noise [dB]")
+    _range_arrow(axes, leading.detection, saturation, range_text)
+    _write_facts(axes, facts, place=(0.018, 0.965))
+    _legend(figure, every)
+    pixels_below(axes)
+    return vector_picture(
+        figure,
+        alt=f"Signal-to-noise ratio in dB against signal at {_named(iso)}, with the model and its three asymptotes",
+        caption=(
+            f"Signal-to-noise ratio of one frame at {_named(iso)}, 20 log10 of signal over noise. The curve rises by "
+            "20 dB per decade where dark noise rules, by 10 dB where shot noise does, and would level off where the "
+            "fixed pattern does. The dynamic range reaches from SNR 1 (0 dB) to saturation."
+        ),
+    )
+
+
+def jumbled(points: Table, models: Table, iso: Value, rendered: RenderedPoints) -> Picture | None:
+    """Draw noise against signal of the raw file beside that of a developed picture of the same scene."""
+    curves = noise_curves(models)
+    leading = leading_curve(curves)
+    if leading is None:
+        return None
+    figure = sheet(3.7)
+    left, right = figure.add_axes((0.072, 0.14, 0.41, 0.69)), figure.add_axes((0.572, 0.14, 0.41, 0.69))
+    every = patches_of(points, leading.digital_maximum)
+    span = _span(every, leading)
+    grid = np.geomspace(*span, 121)
+    for one in common_lines(curves):
+        left.plot(grid, one.noise(grid), color=MODEL_GRAY, linewidth=0.8 * _BROAD, zorder=1.5)
+    for one in every:
+        scatter(left, one, one.noise, size=4.0)
+    left.set_xlim(span)
+    for index, channel in enumerate(rendered.channels):
+        _rendered(right, channel, rendered.mean[index], rendered.noise[index])
+    left.set_title("Raw file: one curve")
+    right.set_title("Developed picture: no curve")
+    left.set(xlabel=_SIGNAL, ylabel="Normalized noise  σ / D")
+    right.set(xlabel="Pixel value / largest value", ylabel="Noise / largest value")
+    for axes in (left, right):
+        log_axis(axes, "x")
+        log_axis(axes, "y")
+    channel_legend(figure, [])
+    figure.legend(handles=circle_keys(every), loc="upper right", ncols=8, handletextpad=0.2, columnspacing=1.2)
+    return vector_picture(
+        figure,
+        alt=f"Noise against signal at {_named(iso)}: the raw file on one curve, {rendered.file} scattered",
+        caption=(
+            f"The same scene at {_named(iso)} as raw file (left) and developed, {rendered.file} (right). Developing "
+            "mixes the colours, scales each by the white balance, bends them with a tone curve, smooths and sharpens "
+            "by what is around, and rounds to few bits. What noise is left depends on all of that and no longer on "
+            "the level alone: the curve is jumbled, and no noise model can be read from it."
+        ),
+    )
+
+
+def _rendered(axes: Axes, channel: str, mean: NDArray[np.float64], noise: NDArray[np.float64]) -> None:
+    shown = np.flatnonzero((mean > 0.0) & (noise > 0.0))
+    order = shown[np.argsort(mean[shown])]
+    color = color_of(channel)
+    axes.plot(mean[order], noise[order], color=color, linewidth=0.7, alpha=0.45)
+    axes.plot(mean[order], noise[order], linestyle="", marker="o", color=color, markersize=4.0, alpha=0.85)
+
+
+def _named(iso: Value) -> str:
+    return show_iso(iso if isinstance(iso, (int, float)) else None)
+
+
+def _sheet_with_strip() -> tuple[Figure, Axes, Axes]:
+    figure = sheet(_HEIGHT_IN)
+    main = figure.add_axes((0.072, 0.305, 0.915, 0.625))
+    return figure, main, figure.add_axes((0.072, 0.085, 0.915, 0.17))
+
+
+def _span(every: Sequence[Patches], leading: NoiseCurve, *, reach: float = np.inf) -> tuple[float, float]:
+    """Return the signals to show: all of the patches, but none far below SNR 1; ``reach`` times SNR 1 at least."""
+    seen = finite_range(*[one.signal for one in every], positive=True) or (1e-4, 1.0)
+    start = leading.detection
+    low = seen[0] if not np.isfinite(start) else max(min(seen[0], reach * start), 0.1 * start)
+    return low / 1.6, max(1.05, 1.3 * seen[1])
+
+
+def _strip(axes: Axes, main: Axes, every: Sequence[Patches]) -> None:
+    axes.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
+    axes.axhline(0.0, color=QUIET, linewidth=0.8)
+    for one in every:
+        scatter(axes, one, one.residual, size=3.4)
+    largest = finite_range(*[np.abs(one.residual) for one in every])
+    bound = max(4.4, 1.12 * largest[1]) if largest else 4.4
+    axes.set(xlim=main.get_xlim(), ylim=(-bound, bound), xlabel=_SIGNAL, ylabel="Residual [σ]")
+    log_axis(axes, "x")
+    axes.locator_params(axis="y", nbins=5)
+    main.tick_params(labelbottom=False)
+
+
+def _noise_asymptotes(axes: Axes, model: NoiseCurve) -> None:
+    """Draw the three parts of the noise, each named on its line."""
+    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    dark, shot, fixed = model.coefficients
+    parts = (
+        (dark, 0.0, DARK, "dark noise"),
+        (shot, 0.5, SHOT, "shot noise  ∝ √V"),
+        (fixed, 1.0, FIXED, "fixed pattern  ∝ V"),
+    )
+    for factor, power, color, text in parts:
+        if not np.isfinite(factor):
+            continue
+        ends = np.array([low, high])
+        axes.plot(ends, factor * ends**power, color=color, linestyle=(0, (5, 2.5)), linewidth=1.1, zorder=2.5)
+        at = _label_place(factor, power, (low, high), (bottom, top))
+        if at is not None:
+            along(axes, text, at, slope=power, color=color)
+    axes.set(xlim=(low, high), ylim=(bottom, top))
+
+
+def _label_place(
+    factor: float, power: float, across: tuple[float, float], up: tuple[float, float]
+) -> tuple[float, float] | None:
+    """Return where to name a line: the dark one at the far end, the others soon after they enter from below."""
+    share = 0.78 if power == 0.0 else 0.05
+    start = across[0] if power == 0.0 else max(across[0], (up[0] / factor) ** (1.0 / power))
+    x = 10.0 ** ((1.0 - share) * np.log10(start) + share * np.log10(across[1]))
+    y = factor * x**power
+    return (float(x), float(y)) if up[0] <= y <= 0.5 * up[1] and x < across[1] else None
+
+
+def _snr_asymptotes(axes: Axes, model: NoiseCurve) -> None:
+    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    dark, shot, fixed = model.coefficients
+    ends = np.array([low, high])
+    parts = (
+        (dark, 1.0, DARK, "dark noise alone"),
+        (shot, 0.5, SHOT, "shot noise alone"),
+        (fixed, 0.0, FIXED, "fixed pattern alone"),
+    )
+    for factor, power, color, text in parts:
+        if not np.isfinite(factor):
+            continue
+        levels = 20.0 * np.log10(ends**power / factor)
+        axes.plot(ends, levels, color=color, linestyle=(0, (5, 2.5)), linewidth=1.1, zorder=2.5)
+        _name_snr_line(axes, text, float(levels[0]), 20.0 * power, color)
+    axes.set(xlim=(low, high), ylim=(bottom, top))
+
+
+def _name_snr_line(axes: Axes, text: str, first: float, slope: float, color: str) -> None:
+    """Name a line that starts at ``first`` dB on the left and rises by ``slope`` dB per decade."""
+    (low, high), (_, top) = axes.get_xlim(), axes.get_ylim()
+    decades = float(np.log10(high / low))
+    share = 0.62 if slope == 0.0 else min(0.72, (0.86 * top - first) / slope / decades - 0.16)
+    if share > 0.0 and first + slope * share * decades < top - 3.0:
+        along(axes, text, (low * 10.0 ** (share * decades), first + slope * share * decades), slope=slope, color=color)
+
+
+def _range_arrow(axes: Axes, start: float, saturation: float | None, text: str) -> None:
+    """Mark SNR 1 and saturation, and the dynamic range between them."""
+    axes.axhline(0.0, color=INK, linewidth=0.8, zorder=1.0)
+    if saturation is None or not np.isfinite(start) or not start < saturation:
+        return
+    bottom = axes.get_ylim()[0]
+    axes.plot([saturation, saturation], [bottom, axes.get_ylim()[1]], color=QUIET, linestyle=":", linewidth=1.1)
+    axes.plot([start, start], [bottom, 0.0], color=QUIET, linestyle=":", linewidth=1.1)
+    level = 0.45 * bottom
+    axes.annotate(
+        "",
+        (start, level),
+        xytext=(saturation, level),
+        arrowprops={"arrowstyle": "<|-|>", "color": INK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0},
+    )
+    axes.text(
+        (start * saturation) ** 0.5,
+        level,
+        text,
+        ha="center",
+        va="center",
+        fontsize=8.5,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 2.5},
+    )
+
+
+def _write_facts(axes: Axes, facts: Facts, *, place: tuple[float, float]) -> None:
+    """Write names and values as two columns in the empty corner."""
+    if not facts:
+        return
+    for column, aside, color in ((0, 0.0, QUIET), (1, 0.145, INK)):
+        axes.text(
+            place[0] + aside,
+            place[1],
+            "\n".join(fact[column] for fact in facts),
+            color=color,
+            va="top",
+            fontsize=8.5,
+            linespacing=1.55,
+            transform=axes.transAxes,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3.0},
+            zorder=6.0,
+        )
+
+
+def _legend(figure: Figure, every: Sequence[Patches]) -> None:
+    keys = [*circle_keys(every), key("noise model", color=MODEL_GRAY)]
+    keys[-1].set_linewidth(0.8 * _BROAD)
+    figure.legend(
+        handles=keys,
+        loc="upper right",
+        bbox_to_anchor=(0.99, 1.0),
+        ncols=len(keys),
+        handletextpad=0.3,
+        columnspacing=1.3,
+    )

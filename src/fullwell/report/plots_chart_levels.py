@@ -1,0 +1,238 @@
+"""What the black level does to the patches of a chart: clustering, tonal response, proportional exposures."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from fullwell.report.curves import Table, Value
+from fullwell.report.numbers import show_plain
+from fullwell.report.plots import (
+    PIXELS,
+    QUIET,
+    Picture,
+    canvas,
+    channel_legend,
+    color_of,
+    finite_range,
+    iso_title,
+    key,
+    log_axis,
+    marker_of,
+    vector_picture,
+)
+from fullwell.report.plots_chart_model import (
+    MODEL_GRAY,
+    NoiseCurve,
+    Patches,
+    common_lines,
+    leading_curve,
+    noise_curves,
+    patches_of,
+    scatter,
+)
+
+_PARTLY: Final = 0.98
+"""Share of the black level that the middle panel takes off: 500 of 511 in the published figure."""
+
+
+def clustering(points: Table, models: Table, iso: Value) -> Picture | None:
+    """Draw the noise curve with no, nearly all and all of the black level taken off, side by side, for one ISO.
+
+    None without a model, or with a black level of zero.
+    """
+    curves = noise_curves(models)
+    leading = leading_curve(curves)
+    if leading is None or leading.black_level <= 0.0:
+        return None
+    every = patches_of(points, leading.digital_maximum)
+    black = leading.black_level
+    guess = _guess(black)
+    figure, panels = canvas(1, 3, height_in=3.3)
+    low = min(_lowest(every), 0.3 * (black - guess) / leading.digital_maximum)
+    titles = (
+        "Black level left in",
+        f"{show_plain(guess)} of {black:.5g} DN taken off",
+        f"{black:.5g} DN taken off",
+    )
+    for axes, title, left in zip(panels, titles, (black, black - guess, 0.0), strict=True):
+        _shifted(axes, every, common_lines(curves), left / leading.digital_maximum, low)
+        axes.set_title(title)
+        axes.set_xlabel("Normalized signal")
+    limits = finite_range(*[one.noise[one.signal > 0.0] for one in every], positive=True) or (1e-4, 1e-1)
+    for axes in panels:
+        axes.set(xlim=(low / 1.5, 1.4), ylim=(limits[0] / 1.5, limits[1] * 1.6))
+        log_axis(axes, "x")
+        log_axis(axes, "y")
+    for axes in panels[1:]:
+        axes.tick_params(labelleft=False)
+    panels[0].set_ylabel("Normalized noise")
+    channel_legend(figure, [one.channel for one in every], [key("noise model", color=MODEL_GRAY)])
+    return vector_picture(
+        figure,
+        alt=f"Noise curve at {iso_title(_known(iso))} with no, part and all of the black level taken off",
+        caption=(
+            f"Why the black level matters, at {iso_title(_known(iso))}. The noise is the same in all three; only the "
+            "signal is counted from another level. With the black level left in, the dark patches cluster at one "
+            "signal, and dark and shot noise cannot be told apart; a guess that is a little off still bends the curve. "
+            "All three fit a noise model equally well: the right level is known from other evidence alone."
+        ),
+    )
+
+
+def _shifted(axes: Axes, every: tuple[Patches, ...], lines: tuple[NoiseCurve, ...], left: float, low: float) -> None:
+    """Draw one panel: signals with ``left`` of the normalized black level in them."""
+    grid = np.geomspace(low, 1.2, 161)
+    for line in lines:
+        axes.plot(grid + left, line.noise(grid), color=MODEL_GRAY, linewidth=4.0, zorder=1.5)
+    for one in every:
+        moved = Patches(
+            channel=one.channel,
+            signal=one.signal + left,
+            noise=one.noise,
+            residual=one.residual,
+            used=one.used,
+            brightest=one.brightest,
+        )
+        scatter(axes, moved, moved.noise, size=3.6)
+    if left > 0.0:
+        axes.axvline(left, color=QUIET, linestyle=":", linewidth=0.9)
+
+
+def _guess(black: float) -> float:
+    """Return a round level a little below the black level."""
+    aim = _PARTLY * black
+    step = 10.0 ** np.floor(np.log10(max(black - aim, 1e-6)))
+    return float(np.floor(aim / step) * step)
+
+
+def _lowest(every: tuple[Patches, ...]) -> float:
+    """Return a signal below all but the few patches that hardly have any."""
+    signal = np.concatenate([one.signal for one in every])
+    positive = signal[signal > 0.0]
+    return float(np.percentile(positive, 1.0)) if positive.size else 1e-4
+
+
+def tonal_response(table: Table, blacks: Mapping[str, float], iso: Value) -> Picture:
+    """Draw log pixel value against log exposure, with and without the black level, and the slope, for one ISO.
+
+    Parameters
+    ----------
+    table
+        Curve `chart_tonal_response` of the ISO.
+    blacks
+        Black level of each channel [DN].
+    iso
+        Of the table.
+
+    """
+    figure, (left, right, slope) = canvas(1, 3, height_in=3.5)
+    channels = [str(channel) for channel, _ in table.split("channel")]
+    for channel, part in table.split("channel"):
+        for axes, column in ((left, "log_pixel"), (right, "log_signal"), (slope, "slope")):
+            _response_line(axes, str(channel), part.numbers("log_exposure"), part.numbers(column))
+    exposures = finite_range(table.numbers("log_exposure")) or (-1.0, 0.0)
+    lowest = finite_range(table.numbers("log_pixel"), table.numbers("log_signal")) or (-1.0, 0.0)
+    for axes in (left, right):
+        axes.set_ylim(lowest[0] - 0.15, 0.25)
+        axes.set_ylabel("log10 (pixel value / white level)")
+        _proportional(axes, table, exposures)
+    named = "; ".join(sorted({f"{blacks[channel]:.5g} DN" for channel in channels if channel in blacks}))
+    left.set_title("Black level left in")
+    right.set_title("Black level taken off")
+    slope.set_title("Slope, black level taken off")
+    slope.axhline(1.0, color=QUIET, linestyle="--", linewidth=0.9)
+    steep = finite_range(table.numbers("slope")) or (0.0, 1.0)
+    slope.set_ylim(min(-0.05, max(steep[0], -0.5)), min(max(1.25, 1.08 * steep[1]), 2.5))
+    slope.set_ylabel("Slope")
+    for axes in (left, right, slope):
+        axes.set_xlabel("log10 exposure  (−density)")
+    channel_legend(figure, channels, [key("proportional", color=QUIET, linestyle="--")])
+    return vector_picture(
+        figure,
+        alt=f"Tonal response at {iso_title(_known(iso))}: log pixel value against log exposure, with its slope",
+        caption=(
+            f"Tonal response at {iso_title(_known(iso))} over the same scale with the black level left in and taken "
+            f"off{f' ({named})' if named else ''}. A sensor answers in proportion to light: slope 1, dashed. Left in, "
+            "the black level flattens all that is dark. What stays flat after it is taken off is stray light in lens "
+            "and room, which falls on the dark patches too."
+        ),
+    )
+
+
+def _response_line(axes: Axes, channel: str, exposure: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    axes.plot(
+        exposure,
+        values,
+        color=color_of(channel),
+        marker=marker_of(channel),
+        markersize=3.2,
+        linewidth=0.9,
+        alpha=0.9,
+    )
+
+
+def _proportional(axes: Axes, table: Table, exposures: tuple[float, float]) -> None:
+    """Draw slope 1 through the middle of the bright patches, whose response nothing flattens."""
+    exposure, signal = table.numbers("log_exposure"), table.numbers("log_signal")
+    bright = np.isfinite(signal) & (signal > -1.0) & (signal < -0.1)
+    if not bright.any():
+        return
+    height = float(np.median(signal[bright] - exposure[bright]))
+    ends = np.array(exposures)
+    limits = axes.get_ylim()
+    axes.plot(ends, ends + height, color=QUIET, linestyle="--", linewidth=0.9, zorder=1.0)
+    axes.set_ylim(limits)
+
+
+def proportional_exposures(table: Table, iso: Value) -> Picture:
+    """Draw how far the patches of darker exposures are from one line through black, for one ISO.
+
+    Parameters
+    ----------
+    table
+        Curve `chart_bracket` of the ISO.
+    iso
+        Of the table.
+
+    """
+    groups = [(number, part) for number, part in table.split("exposure")]
+    figure, panels = canvas(1, max(len(groups), 1), height_in=2.6)
+    bound = finite_range(np.abs(table.numbers("residual")))
+    top = max(4.2, 1.1 * bound[1]) if bound else 4.2
+    for axes, (_, part) in zip(panels, groups, strict=True):
+        axes.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
+        axes.axhline(0.0, color=QUIET, linewidth=0.8)
+        for channel, points in part.split("channel"):
+            shown = np.array([value != "no" for value in points.values("used")]) & (points.numbers("signal") > 0.0)
+            axes.plot(
+                points.numbers("signal")[shown],
+                points.numbers("residual")[shown],
+                linestyle="",
+                marker="o",
+                markersize=3.6,
+                color=color_of(str(channel)),
+                alpha=0.85,
+            )
+        ratio = finite_range(part.numbers("ratio"))
+        axes.set_title(f"Exposure × {ratio[0]:.4g}" if ratio else "Exposure")
+        axes.set_ylim(-top, top)
+        axes.set_xlabel("Signal above black [DN]")
+        log_axis(axes, "x")
+    panels[0].set_ylabel("Residual [σ]")
+    channel_legend(figure, [str(channel) for channel, _ in table.split("channel")])
+    return vector_picture(
+        figure,
+        alt=f"Residuals of the exposure bracket at {iso_title(_known(iso))}, a panel per exposure",
+        caption=(
+            f"Two exposures of one still scene at {iso_title(_known(iso))} differ by a factor above the black level, "
+            "whatever the patches and the stray light are: the one level for which that holds is the black level. "
+            "Deviation of each patch from it in standard deviations, grey: ±2."
+        ),
+    )
+
+
+def _known(iso: Value) -> float | None:
+    return iso if isinstance(iso, (int, float)) else None

@@ -1,0 +1,165 @@
+"""The chart itself with its patches, and noise and signal-to-noise ratio against its densities."""
+
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patheffects import withStroke
+
+from fullwell.report.curves import Table, Value
+from fullwell.report.numbers import show_iso
+from fullwell.report.pictures import ChartPicture
+from fullwell.report.plots import (
+    QUIET,
+    WIDTH_IN,
+    Picture,
+    canvas,
+    channel_legend,
+    color_of,
+    finite_range,
+    iso_title,
+    key,
+    log_axis,
+    marker_of,
+    pixel_picture,
+    sheet,
+    vector_picture,
+)
+from fullwell.report.plots_chart_model import BRIGHTEST, decibel
+
+_TALLEST_IN: Final = 7.5
+_OUTLINE: Final = "#ffe14d"
+_LEFT_OUT: Final = "#ff7a45"
+_HALO: Final = (withStroke(linewidth=2.4, foreground="#111827"),)
+
+
+def annotated_chart(picture: ChartPicture) -> Picture:
+    """Draw the chart with the patches that were measured."""
+    height, width = picture.image.shape[:2]
+    tall = min(WIDTH_IN * height / width, _TALLEST_IN)
+    figure = sheet(tall)
+    across = tall * width / height / WIDTH_IN
+    axes = figure.add_axes(((1.0 - across) / 2.0, 0.0, across, 1.0))
+    axes.imshow(picture.image, extent=(0.0, width, height, 0.0), interpolation="antialiased", aspect="auto")
+    axes.set_axis_off()
+    points_per_pixel = 72.0 * WIDTH_IN * across / width
+    for name, x, y, wide, high in picture.patches:
+        color = _LEFT_OUT if name in picture.left_out else _OUTLINE
+        axes.add_patch(
+            Rectangle((x, y), wide, high, fill=False, edgecolor=color, linewidth=1.1, path_effects=list(_HALO))
+        )
+        size = min(9.0, points_per_pixel * min(0.55 * high, 1.5 * wide / max(len(name), 1)))
+        if size >= 4.0:
+            axes.text(
+                x + 0.5 * wide,
+                y + 0.5 * high,
+                name,
+                color=color,
+                fontsize=size,
+                ha="center",
+                va="center",
+                path_effects=list(_HALO),
+                clip_on=True,
+            )
+    if picture.corners:
+        axes.add_patch(Polygon(picture.corners, fill=False, edgecolor="#ffffff", linestyle="--", linewidth=1.0))
+    axes.set(xlim=(0.0, width), ylim=(height, 0.0))
+    return pixel_picture(
+        figure,
+        colors=256,
+        alt=f"The chart with its {len(picture.patches)} patches outlined, {picture.title}",
+        caption=_chart_caption(picture),
+    )
+
+
+def _chart_caption(picture: ChartPicture) -> str:
+    found = (
+        "placed as given"
+        if picture.confidence is None
+        else f"located in the image with a confidence of {picture.confidence:.2f} of 1"
+    )
+    return (
+        f"{picture.title} at {show_iso(picture.iso)}, brightened for the eye: {len(picture.patches)} patches, {found}. "
+        "Only what lies inside the outlines was measured."
+        + (" Orange: clipped in every channel, not used." if picture.left_out else "")
+        + (" Dashed: the chart." if picture.corners else "")
+    )
+
+
+def against_density(points: Table, iso: Value) -> Picture | None:
+    """Draw noise and signal-to-noise ratio of the patches against the exposure that their densities give, for one ISO.
+
+    Parameters
+    ----------
+    points
+        Curve `chart_points` of the ISO.
+    iso
+        Of the table.
+
+    Returns
+    -------
+    Picture or None
+        None where fewer than three densities are known.
+
+    """
+    density = points.numbers("density")
+    if np.unique(density[np.isfinite(density)]).size < 3:
+        return None
+    figure, (noise, ratio) = canvas(1, 2, height_in=3.7)
+    channels = [str(channel) for channel, _ in points.split("channel")]
+    for channel, part in points.split("channel"):
+        for exposure, one in part.split("exposure"):
+            for _, scene in one.split("scene"):
+                _density_points((noise, ratio), scene, str(channel), brightest=exposure == BRIGHTEST)
+    log_axis(noise, "y")
+    noise.set_title("Noise")
+    noise.set_ylabel("Noise of one frame [DN]")
+    ratio.set_title("Signal-to-noise ratio")
+    ratio.set_ylabel("Signal / noise [dB]")
+    ratio.axhline(0.0, color=QUIET, linewidth=0.9)
+    for axes in (noise, ratio):
+        axes.set_xlabel("log10 exposure  (−density)")
+    extra = [key("darker exposure", color=QUIET, linestyle="none", marker="o")] if _several(points) else []
+    channel_legend(figure, channels, extra)
+    return vector_picture(
+        figure,
+        alt=f"Noise and signal-to-noise ratio against exposure at {iso_title(_known(iso))}",
+        caption=(
+            f"Noise and signal-to-noise ratio of the patches at {iso_title(_known(iso))} against exposure, which is "
+            "the negative density of the patch. What the lens adds to dark patches lifts them here, which it does not "
+            "against the signal: this is the camera, not the sensor alone."
+            + (" Hollow: darker exposures, at the same density." if _several(points) else "")
+        ),
+    )
+
+
+def _density_points(panels: tuple[Axes, Axes], part: Table, channel: str, *, brightest: bool) -> None:
+    """Draw the patches of one channel in one exposure of one scene."""
+    exposure, signal = -part.numbers("density"), part.numbers("signal")
+    noise = np.sqrt(np.maximum(part.numbers("variance"), 0.0))
+    used = np.array([value != "no" for value in part.values("used")])
+    values = (noise, decibel(np.divide(signal, noise, out=np.full(signal.shape, np.nan), where=noise > 0.0)))
+    shown = np.flatnonzero(np.isfinite(exposure) & used & (noise > 0.0))
+    order = shown[np.argsort(exposure[shown])]
+    for axes, drawn in zip(panels, values, strict=True):
+        axes.plot(
+            exposure[order],
+            drawn[order],
+            color=color_of(channel),
+            marker=marker_of(channel),
+            markerfacecolor=color_of(channel) if brightest else "white",
+            markersize=3.4,
+            linewidth=0.8,
+            linestyle="-" if brightest else ":",
+            alpha=0.9,
+        )
+
+
+def _several(points: Table) -> bool:
+    span = finite_range(points.numbers("exposure"))
+    return span is not None and span[1] > 0.0
+
+
+def _known(iso: Value) -> float | None:
+    return iso if isinstance(iso, (int, float)) else None

@@ -1,7 +1,7 @@
 """Even areas of a picture that are shaped like patches: connected, without edges inside, as compact as rectangles."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,8 @@ def even_areas(picture: Preview) -> Areas:
 def _compact(flat: NDArray[np.bool_], light: NDArray[np.float64]) -> Areas:
     """Return the connected parts of a mask that are shaped like patches."""
     opened = ndimage.binary_opening(flat, np.ones((2, 2), dtype=np.bool_))
-    labels, count = ndimage.label(opened)
+    labels = np.zeros(opened.shape, dtype=np.intp)
+    count = int(cast("int", ndimage.label(opened, output=labels)))
     size = np.bincount(labels.ravel(), minlength=count + 1).astype(np.float64)
     own = (size >= _LEAST) & (size <= _MOST * flat.size)
     own[0] = False

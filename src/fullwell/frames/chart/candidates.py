@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from fullwell.frames.chart.areas import Areas
 from fullwell.frames.chart.definition import ChartDefinition
@@ -29,6 +29,8 @@ _PERSPECTIVE: Final = 2.5
 """Ratio of opposite edges of a chart at most."""
 _KEPT: Final = 160
 """Similarities that grow."""
+_FEWEST: Final = 0.2
+"""Share of the patches that meet an area at least, for a place to be one."""
 _BATCH: Final = 20_000
 
 
@@ -86,7 +88,7 @@ def candidates(areas: Areas, definition: ChartDefinition, *, shape: tuple[int, .
     grown: dict[bytes, tuple[float, Candidate]] = {}
     taken: set[tuple[int, ...]] = set()
     for one in best:
-        key = _rounded(slopes[one], offsets[one], plan)
+        key = _rounded(complex(slopes[one]), complex(offsets[one]), plan)
         if scores[one] < 3.0 or len(taken) >= _KEPT:
             break
         if key in taken:
@@ -126,10 +128,10 @@ def _rounded(slope: complex, offset: complex, plan: _Plan) -> tuple[int, ...]:
 
 def _pairs_of_areas(areas: Areas, plan: _Plan) -> NDArray[np.intp]:
     """Return ordered pairs of areas that may be neighbouring patches, shape (n, 2)."""
-    tree = cKDTree(areas.centre)
-    _, near = tree.query(areas.centre, k=min(len(areas), 3 * _NEIGHBOURS))
-    first = np.repeat(np.arange(len(areas)), near.shape[1])
-    second = near.ravel()
+    tree = KDTree(areas.centre)
+    count = min(len(areas), 3 * _NEIGHBOURS)
+    second = np.ravel(tree.query(areas.centre, k=count)[1]).astype(np.intp)
+    first = np.repeat(np.arange(len(areas)), count)
     ratio = areas.size[second] / areas.size[first]
     edge = np.sqrt(np.minimum(areas.size[first], areas.size[second]))
     apart = np.linalg.norm(areas.centre[second] - areas.centre[first], axis=1) / edge
@@ -186,8 +188,9 @@ def _nearest_map(areas: Areas, *, shape: tuple[int, ...], size: float) -> NDArra
     columns, rows = np.round(areas.centre[like]).astype(np.intp).T
     empty[rows, columns] = False
     owner[rows, columns] = like
-    row, column = ndimage.distance_transform_edt(empty, return_distances=False, return_indices=True)
-    return owner[row, column]
+    place = np.zeros((2, *shape), dtype=np.int32)
+    ndimage.distance_transform_edt(empty, return_distances=False, return_indices=True, indices=place)
+    return owner[place[0], place[1]]
 
 
 def _explained(
@@ -222,14 +225,14 @@ def _grown(
 ) -> tuple[Candidate | None, NDArray[np.intp]]:
     """Let a similarity become a projective map by the areas it meets, more of them each time."""
     like = np.flatnonzero((areas.size < _LIKE * size) & (areas.size > size / _LIKE))
-    tree = cKDTree(areas.centre[like])
+    tree = KDTree(areas.centre[like])
     predicted = np.column_stack((start.real, start.imag))
     matrix = None
     owner = np.full(len(start), -1, dtype=np.intp)
     for step in range(6):
         owner = _met(tree, predicted, plan=plan, miss=_MISS if step < 3 else 0.8 * _MISS)
         own = owner >= 0
-        if own.sum() < 4:
+        if own.sum() < (4 if step < 3 else max(4.0, _FEWEST * len(own))):
             return None, owner
         matrix = _fitted(areas, definition, owner=np.where(own, like[owner], -1), projective=step >= 2)
         if matrix is None:
@@ -242,7 +245,7 @@ def _grown(
     return Candidate(matrix=matrix, met=met, middles=areas.centre[like[owner[met]]]), np.where(met, like[owner], -1)
 
 
-def _met(tree: cKDTree, predicted: NDArray[np.float64], *, plan: _Plan, miss: float) -> NDArray[np.intp]:
+def _met(tree: KDTree, predicted: NDArray[np.float64], *, plan: _Plan, miss: float) -> NDArray[np.intp]:
     """Return the area that each patch meets, -1 for none; an area is met once, by the nearest."""
     local = _local_spacing(predicted, plan)
     distance, owner = tree.query(predicted)

@@ -125,6 +125,14 @@ class ChartFile(_Strict):
     density_step: _Positive | None = None
     srgb: list[Annotated[list[_Code], Field(min_length=3, max_length=3)]] | None = None
 
+    def require_densities_alone(self, path: Path) -> None:
+        """Refuse a file that extends a chart and says more than title, note and densities."""
+        more = self.model_fields_set - {"extends", "title", "note", "densities", "first_density", "density_step"}
+        if more:
+            raise UsageError(
+                f"{path}: {', '.join(sorted(more))} cannot stand beside extends, which replaces nothing but densities."
+            )
+
     def geometry(self, path: Path) -> tuple[list[Box], list[str]]:
         """Return centre, width and height of each patch, as fractions between the corners, and its name."""
         forms = [form for form in (self.grid, self.ring, self.patch) if form]

@@ -172,6 +172,7 @@ def _read(path: Path) -> ChartDefinition:
 def _extended(chart: ChartFile, *, path: Path) -> ChartDefinition:
     if chart.extends not in _NAMES:
         raise UsageError(f'{path}: extends = "{chart.extends}" is no chart; there are {", ".join(_NAMES)}.')
+    chart.require_densities_alone(path)
     base = _own(chart.extends)
     densities = chart.optical_densities(len(base.patches), path)
     if all(density is None for density in densities):

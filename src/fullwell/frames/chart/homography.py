@@ -32,8 +32,8 @@ def homography(source: NDArray[np.float64], target: NDArray[np.float64]) -> NDAr
         )
     )
     _, vectors = np.linalg.eigh(equations.T @ equations)
-    found = np.linalg.solve(to_target, vectors[:, 0].reshape(3, 3) @ to_source)
-    return found / found[2, 2] if abs(found[2, 2]) > 1e-12 else found
+    found = np.asarray(np.linalg.solve(to_target, vectors[:, 0].reshape(3, 3) @ to_source), dtype=np.float64)
+    return found / (found[2, 2] if abs(found[2, 2]) > 1e-12 else 1.0)
 
 
 def mapped(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -28,10 +28,10 @@ _COMPARED: Final = 60
 """Candidates that are compared with the chart's light."""
 _REFINED: Final = 4
 """Places of a strip whose edges are looked at."""
-_PROPORTION: Final = (0.85, 0.97)
-_EVEN: Final = (0.6, 0.85)
-_MET: Final = (0.4, 0.7)
-_ENOUGH: Final = (5.0, 10.0)
+_PROPORTION: Final = (0.8, 1.0)
+_EVEN: Final = (0.5, 1.0)
+_MET: Final = (0.2, 1.0)
+_ENOUGH: Final = (4.0, 12.0)
 """From no to full confidence: share of the variance of log light explained, share of even patches, share of the
 visible patches that are areas of their own, patches that count."""
 _SCATTER: Final = 0.25
@@ -148,7 +148,7 @@ def _searched(picture: Preview, definition: ChartDefinition) -> _Place | None:
         return None
     best = places[0]
     rivals = [one for one in places[1:] if _elsewhere(one, best, definition)]
-    doubtful = bool(rivals) and rivals[0].weight > best.weight - _LEAD
+    doubtful = best.confidence >= CONFIDENCE and bool(rivals) and rivals[0].weight > best.weight - _LEAD
     confidence = best.confidence * (_DOUBT if doubtful else 1.0)
     return replace(best, matrix=_of_mosaic(picture.scale) @ best.matrix, confidence=confidence, doubtful=doubtful)
 
@@ -218,9 +218,7 @@ def _given(
     matrix = homography(UNIT_SQUARE, np.array(corners, dtype=np.float64))
     picture = preview(mosaic, cfa=cfa, black=black, white=white, longest=_SIZES[0])
     agreed = agreement(picture, definition, np.linalg.inv(_of_mosaic(picture.scale)) @ matrix)
-    return _Place(
-        matrix=candidate.matrix, agreed=agreed, confidence=_confidence(agreed, share_met=1.0), weight=0.0, given=True
-    )
+    return _Place(matrix=matrix, agreed=agreed, confidence=_confidence(agreed, share_met=1.0), weight=0.0, given=True)
 
 
 def _located(place: _Place, definition: ChartDefinition) -> Located:

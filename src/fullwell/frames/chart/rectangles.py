@@ -8,10 +8,14 @@ from numpy.typing import NDArray
 
 _SHAPES: Final = 2.0 ** np.linspace(-4.0, 4.0, 65)
 """Ratios of width to height that are tried."""
+_NARROW: Final = 12.0
+"""Edge below which a rectangle had better be shorter and wider [pixel]."""
 
 
 def inner_rectangle(corners: NDArray[np.float64]) -> tuple[int, int, int, int]:
     """Return x, y, width and height of the largest upright rectangle around the middle of a convex quadrilateral.
+
+    Where even the largest is narrow, a smaller one that is less so is taken.
 
     Parameters
     ----------
@@ -31,7 +35,8 @@ def inner_rectangle(corners: NDArray[np.float64]) -> tuple[int, int, int, int]:
     width, height = np.sqrt(_SHAPES), 1.0 / np.sqrt(_SHAPES)
     reach = np.abs(normals[:, :1]) * width + np.abs(normals[:, 1:]) * height
     scale = np.min(distance[:, None] / np.maximum(reach, 1e-12), axis=0)
-    best = int(np.argmax(scale))
+    narrow = 2.0 * scale * np.minimum(width, height)
+    best = int(np.argmax(scale * np.minimum(narrow / _NARROW, 1.0)))
     half = scale[best] * np.array((width[best], height[best]))
     left, top = (2 * math.ceil(value / 2 - 1e-6) for value in middle - half)
     right, bottom = (2 * math.floor(value / 2 + 1e-6) for value in middle + half)

@@ -10,6 +10,7 @@ from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.role import kind_of_folder
 from fullwell.frames.series import Camera, Kind
 from fullwell.frames.source import COMPANION_SUFFIXES, PREVIEW_SUFFIXES, RAW_SUFFIXES, Candidate, Source
+from fullwell.raw.presets import read_presets
 
 _KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or scene (any depth below them)"
 
@@ -18,6 +19,8 @@ _KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or sce
 class _Search:
     """What a walk has met so far."""
 
+    presets: frozenset[str]
+    headerless: bool
     candidates: list[Candidate] = field(default_factory=list[Candidate])
     left_out: list[str] = field(default_factory=list[str])
     loose: list[str] = field(default_factory=list[str])
@@ -29,10 +32,18 @@ class _Search:
     duplicates: list[str] = field(default_factory=list[str])
 
 
-def discover(root: Path) -> Source:
+def discover(root: Path, *, headerless: bool = False) -> Source:
     """Find the frames of a study folder.
 
-    Symbolic links are followed; a folder or file that is reached twice within one kind counts once.
+    Symbolic links are followed; a folder or file that is reached twice within one kind counts once. Files with an
+    extension that has a preset are frames too.
+
+    Parameters
+    ----------
+    root
+        The folder.
+    headerless
+        Whether files of unknown endings are frames: somebody has said how they are stored.
 
     Raises
     ------
@@ -40,7 +51,7 @@ def discover(root: Path) -> Source:
         Where the folder holds nothing that could be measured; the sentence says what was found instead.
 
     """
-    search = _Search()
+    search = _Search(presets=frozenset(f".{extension}" for extension in read_presets()), headerless=headerless)
     _walk(root, prefix="", kind=None, search=search)
     if not search.candidates:
         raise UsageError(_nothing_found(root, search))
@@ -90,7 +101,7 @@ def _collect(files: list[os.DirEntry[str]], *, prefix: str, kind: Kind | None, s
     for entry in files:
         name, suffix = f"{prefix}{entry.name}", Path(entry.name).suffix.lower()
         search.files += 1
-        if suffix not in RAW_SUFFIXES:
+        if not _is_frame(suffix, search):
             search.previews += suffix in PREVIEW_SUFFIXES
             if suffix not in COMPANION_SUFFIXES and kind is not None:
                 search.unknown.append(name)
@@ -103,6 +114,12 @@ def _collect(files: list[os.DirEntry[str]], *, prefix: str, kind: Kind | None, s
         else:
             search.taken.add(identity)
             search.candidates.append(Candidate(name=name, path=Path(entry.path), kind=kind))
+
+
+def _is_frame(suffix: str, search: _Search) -> bool:
+    if suffix in RAW_SUFFIXES or suffix in search.presets:
+        return True
+    return search.headerless and suffix not in COMPANION_SUFFIXES
 
 
 def _is_our_output(folder: Path) -> bool:

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, Validatio
 from fullwell.errors import UsageError
 from fullwell.frames.series import CONTAINER_BITS, HIGHEST_CODE, Camera, Kind, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
+from fullwell.raw.headerless_format import HeaderlessFormat, format_from, format_lines
 from fullwell.raw.image import Levels
 
 MANIFEST_NAME: Final = "study.toml"
@@ -65,6 +66,7 @@ class _Manifest(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     camera: _CameraTable = _CameraTable()
+    headerless: dict[str, int | str] | None = None
     series: Annotated[list[_SeriesTable], Field(min_length=1)]
 
 
@@ -106,7 +108,13 @@ def read_manifest(path: Path) -> Source:
             listed[name] = number
             candidates.append(Candidate(name=name, path=root / name, kind=Kind(table.kind), given=given))
     ordered = sorted(candidates, key=lambda one: (one.name, one.kind))
-    return Source(root=root, camera=_camera(manifest.camera), candidates=tuple(ordered))
+    stated = manifest.headerless
+    return Source(
+        root=root,
+        camera=_camera(manifest.camera),
+        candidates=tuple(ordered),
+        headerless=None if stated is None else format_from(stated, where=f"{path}: [headerless]"),
+    )
 
 
 def read_camera(path: Path) -> Camera:
@@ -157,7 +165,7 @@ def _allowed_keys(loc: Sequence[int | str]) -> str:
         return "[camera] knows " + ", ".join(_CameraTable.model_fields)
     if loc[0] == "series" and len(loc) > 2:
         return "[[series]] knows " + ", ".join(_SeriesTable.model_fields)
-    return "it knows the tables [camera] and [[series]]"
+    return "it knows the tables [camera], [headerless] and [[series]]"
 
 
 def _camera(table: _CameraTable) -> Camera:
@@ -218,6 +226,7 @@ def write_manifest(study: Study, *, folder: Path | None = None) -> str:
         "",
         "[camera]",
         *_camera_lines(study),
+        *_headerless_lines(study),
     ]
     for series in study.series:
         lines += ["", "[[series]]", *_series_lines(series, base=base, inside=inside)]
@@ -239,6 +248,13 @@ def _camera_lines(study: Study) -> Iterator[str]:
     yield _line("voltage_swing_v", camera.voltage_swing_v, example="0.459")
     yield _line("base_iso", camera.base_iso, example="100")
     yield _line("focal_length_mm", camera.focal_length_mm, example="4.38")
+
+
+def _headerless_lines(study: Study) -> list[str]:
+    """Return how the frames without a header are stored, where all of them are stored alike."""
+    layouts = [frame.header.layout for series in study.series for frame in series.frames]
+    stated = {layout for layout in layouts if isinstance(layout, HeaderlessFormat)}
+    return ["", "[headerless]", *format_lines(stated.pop())] if len(stated) == 1 else []
 
 
 def _level_line(key: str, levels: Levels | None) -> str:

@@ -16,6 +16,7 @@ from fullwell.frames.selection import EXPOSURE_TOLERANCE
 from fullwell.frames.series import CONTAINER_BITS, Camera, Exclusion, Frame, Kind
 from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
 from fullwell.frames.source import Candidate
+from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import Levels, RawHeader
 from fullwell.raw.open import read_header
 
@@ -55,7 +56,11 @@ class Reading:
 
 
 def read_all(
-    candidates: Iterable[Candidate], *, camera: Camera, cfa: str | None
+    candidates: Iterable[Candidate],
+    *,
+    camera: Camera,
+    cfa: str | None,
+    headerless: tuple[HeaderlessFormat, str] | None = None,
 ) -> tuple[tuple[Reading, ...], tuple[Exclusion, ...]]:
     """Read the headers of all candidates on threads; results stand in the candidates' order.
 
@@ -67,11 +72,18 @@ def read_all(
         Facts that outrank the files' own.
     cfa
         The user's order, which outranks everything; None where the user gave none.
+    headerless
+        How files without a header are stored, and who says so; None asks their sidecars, then the presets.
+
+    Raises
+    ------
+    UsageError
+        Where the presets cannot be read.
 
     """
 
     def one(candidate: Candidate) -> Reading | Exclusion:
-        return _read(candidate, camera=camera, cfa=cfa)
+        return _read(candidate, camera=camera, cfa=cfa, headerless=headerless)
 
     with ThreadPoolExecutor(max_workers=min(8, 2 * (os.cpu_count() or 1))) as pool:
         outcomes = tuple(pool.map(one, candidates))
@@ -80,10 +92,14 @@ def read_all(
     return readings, excluded
 
 
-def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading | Exclusion:
+def _read(
+    candidate: Candidate, *, camera: Camera, cfa: str | None, headerless: tuple[HeaderlessFormat, str] | None
+) -> Reading | Exclusion:
+    facts, findings = _sidecar(candidate)
     try:
         size = candidate.path.stat().st_size
-        header = read_header(candidate.path)
+        stated, said_by = headerless or stored_as(facts, size=size)
+        header = read_header(candidate.path, headerless=stated, said_by=said_by)
     except RawFileError as error:
         return Exclusion(name=candidate.name, code=error.code, reason=error.message)
     except OSError as error:
@@ -93,7 +109,6 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
     if refusals:
         reason = "; ".join(refusal.message.rstrip(".") for refusal in refusals)
         return Exclusion(name=candidate.name, code=refusals[0].code, reason=reason)
-    facts, findings = _sidecar(candidate)
     resolved = _resolved(header, candidate=candidate, facts=facts, cfa=cfa or camera.cfa)
     if resolved.exposure_s is None and candidate.kind in {Kind.FLAT, Kind.DARK}:
         return Exclusion(
@@ -115,6 +130,12 @@ def _read(candidate: Candidate, *, camera: Camera, cfa: str | None) -> Reading |
         sidecar_exposure_s=_overruled(header, candidate=candidate, facts=facts),
         findings=(*_named(header.findings, candidate.name), *findings),
     )
+
+
+def stored_as(facts: SidecarFacts, *, size: int) -> tuple[HeaderlessFormat | None, str]:
+    """Return how a sidecar says that a frame without a header is stored, if its size agrees, and who says so."""
+    stated = facts.headerless
+    return (stated if stated is not None and size in stated.file_sizes else None), "the sidecar"
 
 
 def _sidecar(candidate: Candidate) -> tuple[SidecarFacts, tuple[Finding, ...]]:

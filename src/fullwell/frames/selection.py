@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fullwell.frames.series import Camera, Kind
+from fullwell.raw.headerless_format import HeaderlessFormat
 
 EXPOSURE_TOLERANCE: Final = 0.005
 """Exposures within this fraction belong to one series (RESULTS 1)."""
@@ -27,6 +28,8 @@ class Selection:
         Facts given by ``--camera``, above the manifest's.
     crop
         x, y, width and height of the region to use, in pixels of the visible mosaic; None is all of it.
+    headerless
+        How files without a header are stored, above the manifest, sidecars and presets.
 
     """
 
@@ -38,6 +41,7 @@ class Selection:
     white_level: float | None = None
     camera: Camera | None = None
     crop: tuple[int, int, int, int] | None = None
+    headerless: HeaderlessFormat | None = None
 
     def wants(self, *, iso: float | None, exposure_s: float | None) -> bool:
         """Return whether a frame's ISO and exposure were asked for."""

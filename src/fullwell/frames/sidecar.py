@@ -14,6 +14,7 @@ from typing import Final, cast
 
 from fullwell.errors import UnreadableFileError
 from fullwell.raw.cfa import MONO
+from fullwell.raw.headerless_format import BYTE, LSB, WORD, HeaderlessFormat
 
 _PIXEL_FORMAT: Final = re.compile(r"(Mono|Bayer(?:RG|GR|GB|BG))(\d+)?(?!\d)", re.IGNORECASE)
 PIXEL_FORMATS: Final = {"RGGB": "BayerRG", "GRBG": "BayerGR", "GBRG": "BayerGB", "BGGR": "BayerBG", MONO: "Mono"}
@@ -34,6 +35,8 @@ class SidecarFacts:
         From ``PixelFormat``: ``Mono12``, ``BayerRG10p``, ...
     black_level
         ``BlackLevel`` [DN].
+    headerless
+        From ``Width``, ``Height`` and ``PixelFormat``: how the frame is stored if it has no header.
 
     """
 
@@ -42,6 +45,7 @@ class SidecarFacts:
     cfa: str | None = None
     bit_depth: int | None = None
     black_level: float | None = None
+    headerless: HeaderlessFormat | None = None
 
 
 def sidecar_of(frame: Path) -> Path | None:
@@ -74,7 +78,22 @@ def read_sidecar(path: Path) -> SidecarFacts:
         cfa=cfa,
         bit_depth=bit_depth,
         black_level=_number(_find(settings, "BlackLevel")),
+        headerless=_headerless(settings),
     )
+
+
+def _headerless(settings: Mapping[str, object]) -> HeaderlessFormat | None:
+    """Return how GenICam's PixelFormat stores a frame: ``Mono12`` in words, ``Mono12p`` first bit lowest."""
+    stated = _find(settings, "PixelFormat")
+    cfa, bits = _pixel_format(stated)
+    width, height = (_number(_find(settings, name)) for name in ("Width", "Height"))
+    if bits is None or not 1 <= bits <= 16 or width is None or height is None:
+        return None
+    packing = _PIXEL_FORMAT.sub("", str(stated), count=1)
+    container = {"": BYTE if bits <= 8 else WORD, "p": LSB}.get(packing)
+    if container is None or min(width, height) < 1 or not (width.is_integer() and height.is_integer()):
+        return None
+    return HeaderlessFormat(width=int(width), height=int(height), bits=bits, container=container, cfa=cfa)
 
 
 def _find(settings: Mapping[str, object], key: str) -> object:

@@ -6,6 +6,7 @@ from typing import Final
 
 from fullwell.findings import Finding
 from fullwell.frames.series import Camera, Kind
+from fullwell.raw.headerless_format import HeaderlessFormat
 
 RAW_SUFFIXES: Final = frozenset(
     {
@@ -147,6 +148,8 @@ class Source:
         Sorted by name and kind.
     findings
         What the search brought to light.
+    headerless
+        How the manifest says files without a header are stored.
 
     """
 
@@ -154,3 +157,4 @@ class Source:
     camera: Camera
     candidates: tuple[Candidate, ...]
     findings: tuple[Finding, ...] = ()
+    headerless: HeaderlessFormat | None = None

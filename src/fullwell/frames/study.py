@@ -19,6 +19,7 @@ from fullwell.frames.selection import Selection
 from fullwell.frames.series import Camera, Exclusion, Study
 from fullwell.frames.source import Source
 from fullwell.raw.cfa import BAYER, MONO
+from fullwell.raw.headerless_format import HeaderlessFormat
 
 
 def load_study(path: Path, selection: Selection) -> Study:
@@ -42,7 +43,8 @@ def load_study(path: Path, selection: Selection) -> Study:
         Where nothing can be measured: the sentence says what to do.
 
     """
-    return index_source(source_of(path), path=path, selection=selection)
+    source = source_of(path, headerless=selection.headerless is not None)
+    return index_source(source, path=path, selection=selection)
 
 
 def index_folder(folder: Path, selection: Selection) -> Study:
@@ -58,7 +60,8 @@ def index_folder(folder: Path, selection: Selection) -> Study:
         raise UsageError(
             f"{folder} is no folder. Give the folder that holds the capture folders (dark, flat, bias ...)."
         )
-    return index_source(discover(folder), path=folder, selection=selection)
+    source = discover(folder, headerless=selection.headerless is not None)
+    return index_source(source, path=folder, selection=selection)
 
 
 def index_source(source: Source, *, path: Path, selection: Selection) -> Study:
@@ -68,7 +71,9 @@ def index_source(source: Source, *, path: Path, selection: Selection) -> Study:
     if not candidates:
         kinds = ", ".join(sorted({one.kind.value for one in source.candidates}))
         raise UsageError(f"--only leaves no frames of {path}: the study holds {kinds}.")
-    readings, unreadable = read_all(candidates, camera=camera, cfa=selection.cfa)
+    readings, unreadable = read_all(
+        candidates, camera=camera, cfa=selection.cfa, headerless=_headerless(source, selection)
+    )
     if not readings:
         raise UsageError(_none_usable(path, unreadable))
     chosen = _chosen(readings, selection=selection, path=path)
@@ -79,8 +84,15 @@ def index_source(source: Source, *, path: Path, selection: Selection) -> Study:
     return study if selection.crop is None else cropped(study, selection.crop)
 
 
-def source_of(path: Path) -> Source:
-    """Find the files of a folder or a manifest.
+def _headerless(source: Source, selection: Selection) -> tuple[HeaderlessFormat, str] | None:
+    """Return how files without a header are stored by the user or the manifest, and which of them says so."""
+    if selection.headerless is not None:
+        return selection.headerless, "--headerless"
+    return None if source.headerless is None else (source.headerless, "the manifest")
+
+
+def source_of(path: Path, *, headerless: bool = False) -> Source:
+    """Find the files of a folder or a manifest; ``headerless`` as in `discover`.
 
     Raises
     ------
@@ -91,7 +103,11 @@ def source_of(path: Path) -> Source:
     if not path.exists():
         raise UsageError(f"{path} does not exist. Give a study folder or a study.toml.")
     if path.is_dir():
-        return read_manifest(path / MANIFEST_NAME) if (path / MANIFEST_NAME).is_file() else discover(path)
+        return (
+            read_manifest(path / MANIFEST_NAME)
+            if (path / MANIFEST_NAME).is_file()
+            else discover(path, headerless=headerless)
+        )
     if path.suffix.lower() == ".toml":
         return read_manifest(path)
     raise UsageError(

@@ -235,3 +235,13 @@ def _cfa(value: object) -> str | None:
         return None
     known = {name.casefold(): name for name in (*BAYER, MONO)}
     return known.get(str(value).casefold(), str(value))
+
+
+def format_lines(stated: HeaderlessFormat) -> list[str]:
+    """Return a format as the keys of a TOML table, without those that say nothing."""
+    values = [(field.name, getattr(stated, field.name), field.default) for field in fields(stated)]
+    return [
+        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
+        for name, value, default in values
+        if value != default or name in {"container", "byte_order"}
+    ]

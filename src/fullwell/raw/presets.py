@@ -15,12 +15,11 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Final, cast
 
 from fullwell.errors import UsageError
-from fullwell.raw.headerless_format import HeaderlessFormat, format_from
+from fullwell.raw.headerless_format import HeaderlessFormat, format_from, format_lines
 
 VARIABLE: Final = "FULLWELL_PRESETS"
 STANDARD_EXTENSIONS: Final = frozenset(
@@ -163,13 +162,3 @@ def _write(presets: Mapping[str, HeaderlessFormat], path: Path) -> None:
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
-
-
-def format_lines(stated: HeaderlessFormat) -> list[str]:
-    """Return a format as the keys of a TOML table, without those that say nothing."""
-    values = [(field.name, getattr(stated, field.name), field.default) for field in fields(stated)]
-    return [
-        f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {value}"
-        for name, value, default in values
-        if value != default or name in {"container", "byte_order"}
-    ]

@@ -65,7 +65,7 @@ def measure_shots(study: Study, shots: Shots, *, black: BlackChoice) -> ChartMea
 
     """
     whites = measure_whites(study, shots)
-    maximum = digital_maximum(whites, study.bit_depth)
+    maximum = digital_maximum(whites)
     points = [point for _, exposure in shots.exposures for point in exposure.points]
     declared = [level for index in range(len(shots.channels)) if (level := declared_black(study, index)) is not None]
     guess = sum(declared) / len(declared) if declared else min(point.mean_dn for point in points)

@@ -121,10 +121,20 @@ def measure_whites(study: Study, shots: Shots) -> tuple[WhiteLevel, ...]:
     return tuple(found)
 
 
-def digital_maximum(whites: Sequence[WhiteLevel], bit_depth: int) -> float:
-    """Return D: the white level, the highest code of the bit depth where nothing tells it [DN]."""
+def digital_maximum(whites: Sequence[WhiteLevel]) -> float:
+    """Return D: the white level; where nothing tells it, the highest code of as many bits as were seen [DN]."""
     known = [white.level_dn for white in whites if white.level_dn is not None]
-    return max(known) if known else float(2**bit_depth - 1)
+    return max(known) if known else float(2 ** max(white.seen for white in whites).bit_length() - 1)
+
+
+def _white_unknown(whites: Sequence[WhiteLevel]) -> tuple[Finding, ...]:
+    if any(white.level_dn is not None for white in whites):
+        return ()
+    message = (
+        f"nothing tells the white level, and no code piles up at the top: {digital_maximum(whites):g} DN is taken, the "
+        "highest code of as many bits as are seen; the k's are relative to it. Give it with --white"
+    )
+    return (Finding(code="white-level-unknown", severity=Severity.WARNING, message=message),)
 
 
 def decide_levels(
@@ -172,13 +182,13 @@ def decide_levels(
         for row in _black_rows(shots, one, fused, alike=alike or one.channel != ALL)
     ]
     rows += [row for white in whites for row in white_rows(study, shots.bursts, white)]
-    findings = (*_findings(shots, evidence, decided), *white_findings(shots.bursts, whites))
+    findings = (*_findings(shots, evidence, decided), *white_findings(shots.bursts, whites), *_white_unknown(whites))
     return Section(rows=tuple(rows), findings=findings), ChartLevels(
         blacks=blacks,
         shared=shared,
         alike=alike,
         whites=tuple(whites),
-        digital_maximum=digital_maximum(whites, study.bit_depth),
+        digital_maximum=digital_maximum(whites),
     )
 
 

@@ -1,0 +1,211 @@
+"""Charts in a study, masked pixels, frames that say nothing of their exposure, channels that differ."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tifffile
+
+from fullwell.errors import UsageError
+from fullwell.figures.results import Row
+from fullwell.frames.images import load_images
+from fullwell.frames.selection import Selection
+from fullwell.frames.series import Kind
+from fullwell.frames.study import load_study
+from fullwell.raw.image import Area, RawHeader
+from fullwell.units import DN, Measured
+from fullwell.workflow.chart import ChartOptions, chart, measure_chart_folders, measure_images
+from fullwell.workflow.chart_patches import WhereAbouts
+from fullwell.workflow.masked import masked_area, masked_sums
+from fullwell.workflow.measure.chart.shots import code_step
+from fullwell.workflow.options import Options
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "acceptance"))
+from chart_simulation import Camera, Chart
+
+CHART = Chart(edge=30, gap=6)
+OPTIONS = Options(workers=1)
+
+
+@pytest.fixture(scope="module")
+def camera() -> Camera:
+    return Camera(CHART, seed=21)
+
+
+def rows_of(rows, quantity, channel, method):
+    return [row for row in rows if (row.quantity, row.channel, row.method) == (quantity, channel, method)]
+
+
+def codes(findings):
+    return {finding.code for finding in findings}
+
+
+def asked(folder, **more):
+    return ChartOptions(where=WhereAbouts(patches=(folder / "patches.csv",)), **more)
+
+
+def write_tiff(path, mosaic):
+    tifffile.imwrite(path, mosaic, photometric="minisblack", metadata=None)
+    return path
+
+
+def test_exposures_nobody_declares_are_told_apart_by_their_levels(camera, tmp_path):
+    camera.write_patches(tmp_path / "patches.csv")
+    images = [
+        write_tiff(tmp_path / f"{index}.tif", camera.frame(exposure))
+        for index, exposure in enumerate((1.0, 1 / 8, 1.0, 1 / 8))
+    ]
+    selection = Selection(cfa="RGGB", white_level=16383.0)
+    options = Options(selection=selection, workers=1)
+    study = load_images(images, selection, kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=options, asked=asked(tmp_path))
+    (scene,) = outcome.measurements[0].shots.scenes
+    assert [one.files for one in scene.exposures] == [("0.tif", "2.tif"), ("1.tif", "3.tif")]
+    (level,) = rows_of(outcome.section.rows, "black_level", "all", "fused")
+    assert abs(level.measured.value - CHART.offset) < 4 * level.measured.std_error
+
+
+def test_without_any_level_the_published_one_stands_in_and_says_so(camera, tmp_path):
+    camera.write_patches(tmp_path / "patches.csv")
+    image = write_tiff(tmp_path / "0.tif", camera.frame(1.0))
+    selection = Selection(cfa="RGGB", white_level=16383.0)
+    study = load_images([image], selection, kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=Options(selection=selection, workers=1), asked=asked(tmp_path))
+    (level,) = rows_of(outcome.section.rows, "black_level", "all", "fused")
+    assert "offset-not-identified" in level.flags
+    assert level.measured.ci95[0] < CHART.offset < level.measured.ci95[1]
+    (dark,) = rows_of(outcome.section.rows, "k_dark", "all", "gamma-likelihood")
+    assert dark.measured.ci95[0] < CHART.k_dark < dark.measured.ci95[1]
+
+
+def test_white_level_nobody_tells_is_that_of_the_bits_seen(camera, tmp_path):
+    camera.write_patches(tmp_path / "patches.csv")
+    image = write_tiff(tmp_path / "0.tif", camera.frame(1.0))
+    study = load_images([image], Selection(cfa="RGGB"), kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=OPTIONS, asked=asked(tmp_path))
+    assert outcome.measurements[0].levels.digital_maximum == CHART.maximum
+    assert "white-level-unknown" in codes(outcome.section.findings)
+
+
+def test_charts_of_a_study_use_its_dark_frames_and_leave_its_figures_alone(camera, tmp_path):
+    folder = tmp_path / "study" / "chart"
+    folder.mkdir(parents=True)
+    camera.write(folder / "0.dng", 1.0)
+    camera.write_patches(folder / "PATCHES.csv")
+    study = load_study(tmp_path / "study", Selection())
+    alone = measure_chart_folders(study, (), options=OPTIONS)
+    assert "offset-not-identified" in codes(alone.section.findings)
+    told = [
+        Row(
+            quantity="black_level",
+            channel=channel,
+            method="dark-frames" if channel != "all" else "fused",
+            measured=Measured.normal(CHART.offset, 0.01, DN),
+            iso=100.0,
+            flags=("recommended",) if channel == "all" else (),
+        )
+        for channel in ("R", "G1", "G2", "B", "all")
+    ]
+    outcome = measure_chart_folders(study, told, options=OPTIONS)
+    assert "offset-not-identified" not in codes(outcome.section.findings)
+    assert rows_of(outcome.section.rows, "flare", "all", "density-fit")
+    (level,) = rows_of(outcome.section.rows, "black_level", "all", "fused")
+    assert level.region == "chart"
+    assert "recommended" not in level.flags
+    (gain,) = rows_of(outcome.section.rows, "system_gain", "all", "photon-transfer")
+    assert gain.region is None
+    assert "recommended" in gain.flags
+
+
+def test_bad_patches_in_a_study_are_a_finding(camera, tmp_path):
+    folder = tmp_path / "study" / "charts" / "one"
+    folder.mkdir(parents=True)
+    camera.write(folder / "0.dng", 1.0)
+    (folder / "patches.csv").write_text("patch,x,y,width,height\nA,0,0,20,20\n")
+    outcome = measure_chart_folders(load_study(tmp_path / "study", Selection()), (), options=OPTIONS)
+    assert codes(outcome.section.findings) == {"patches-unusable"}
+    assert not outcome.section.rows
+
+
+def test_a_scaled_channel_is_seen(camera, tmp_path):
+    """Digital white balance in the file: red multiplied by 1.5 after conversion."""
+    camera.write_patches(tmp_path / "patches.csv")
+    images = []
+    for index, exposure in enumerate((0.6, 0.075)):
+        mosaic = camera.frame(exposure).astype(float)
+        mosaic[::2, ::2] = (mosaic[::2, ::2] - CHART.offset) * 1.5 + CHART.offset
+        images.append(write_tiff(tmp_path / f"{index}.tif", np.rint(mosaic).clip(0, 16383).astype(np.uint16)))
+    selection = Selection(cfa="RGGB", white_level=16383.0)
+    study = load_images(images, selection, kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=Options(selection=selection, workers=1), asked=asked(tmp_path))
+    (finding,) = (one for one in outcome.section.findings if one.code == "channels-differ")
+    assert "digital scaling" in finding.message
+    (gain,) = rows_of(outcome.section.rows, "system_gain", "all", "photon-transfer")
+    assert "channels-differ" in gain.flags
+
+
+def test_isos_must_agree(camera, tmp_path):
+    camera.write_patches(tmp_path / "patches.csv")
+    for iso in (100, 200):
+        (tmp_path / f"ISO_{iso}").mkdir()
+        write_tiff(tmp_path / f"ISO_{iso}" / "a.tif", camera.frame(1.0))
+    images = sorted(tmp_path.rglob("*.tif"))
+    with pytest.raises(UsageError, match="different ISOs"):
+        chart(
+            images,
+            tmp_path / "out",
+            options=Options(selection=Selection(cfa="RGGB"), workers=1),
+            asked=asked(tmp_path),
+        )
+    assert not (tmp_path / "out").exists()
+
+
+def header(mosaic: np.ndarray, **more) -> RawHeader:
+    height, width = mosaic.shape
+    path = Path("memory.raw")
+    return RawHeader(
+        path=path,
+        format="dng",
+        raw_width=width,
+        raw_height=height,
+        active_area=Area(26, 40, height, width),
+        cfa="RGGB",
+        bit_depth=14,
+        **more,
+    )
+
+
+def test_masked_pixels_are_read_per_site_and_believed_as_far_as_their_lines_agree(monkeypatch):
+    """Margins of 26 rows and 40 columns, row noise of 2 DN: the error of the mean is that of the rows."""
+    rng = np.random.default_rng(4)
+    whole = np.full((426, 640), 3000.0)
+    dark = np.add.outer(2.0 * rng.standard_normal(426), np.zeros(640)) + 3.0 * rng.standard_normal((426, 640)) + 512.0
+    site = np.array([[0.0, 10.0], [20.0, 30.0]])
+    dark += np.tile(site, (213, 320))
+    whole[:, :40], whole[:26] = dark[:, :40], dark[:26]
+    mosaic = np.rint(whole).astype(np.uint16)
+
+    def crop(one, _data):
+        area = one.active_area
+        return mosaic[area.top : area.bottom, area.left : area.right]
+
+    monkeypatch.setattr("fullwell.workflow.masked.decode", crop)
+    sums = masked_sums(header(mosaic), b"")
+    pooled = masked_area([sums, sums], ("R", "G1", "G2", "B"))
+    assert [one.channel for one in pooled] == ["R", "G1", "G2", "B"]
+    for one, offset in zip(pooled, site.ravel(), strict=True):
+        assert not one.declared
+        assert abs(one.mean_dn - 512.0 - offset) < 4 * one.std_error_dn
+        assert 2.0 / np.sqrt(213) < one.std_error_dn < 2.0
+    declared = masked_sums(replace(header(mosaic), masked_areas=(Area(30, 0, 426, 40),)), b"")
+    assert {one.declared for one in declared} == {True}
+    assert not masked_sums(replace(header(mosaic), active_area=Area(0, 0, 426, 640)), b"")
+
+
+def test_step_of_codes_is_found_whatever_it_is(camera):
+    from fullwell.statistics.series import Histogram  # noqa: PLC0415
+
+    counts = np.bincount(camera.frame(1.0)[::2, ::2].ravel() // 16 * 3)
+    assert code_step([Histogram(first_code=0, counts=counts, frames=1)]) == 3

@@ -14,6 +14,7 @@ from fullwell.cli.options import (
     Crop,
     DryRun,
     Exposures,
+    Headerless,
     Isos,
     Json,
     LegacyBlack,
@@ -48,6 +49,7 @@ def characterize(
     crop: Crop = None,
     tile: Tile = None,
     cfa: Cfa = None,
+    headerless: Headerless = None,
     black: Black = None,
     white: White = None,
     camera: CameraFacts = None,
@@ -65,7 +67,15 @@ def characterize(
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
         selection = selection_from(
-            isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera, crop=crop
+            isos=iso,
+            exposures=exposure,
+            only=only,
+            cfa=cfa,
+            black=black,
+            white=white,
+            camera=camera,
+            crop=crop,
+            headerless=headerless,
         )
         options = Options(
             selection=selection,

@@ -14,6 +14,7 @@ from fullwell.cli.options import (
     Crop,
     DryRun,
     Exposures,
+    Headerless,
     Isos,
     Json,
     Out,
@@ -95,6 +96,7 @@ def chart(
     exposure: Exposures = None,
     crop: Crop = None,
     cfa: Cfa = None,
+    headerless: Headerless = None,
     black: Black = None,
     black_method: BlackMethod = None,
     white: White = None,
@@ -116,7 +118,14 @@ def chart(
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
         selection = selection_from(
-            isos=iso, exposures=exposure, cfa=cfa, black=black, white=white, camera=camera, crop=crop
+            isos=iso,
+            exposures=exposure,
+            cfa=cfa,
+            black=black,
+            white=white,
+            camera=camera,
+            crop=crop,
+            headerless=headerless,
         )
         options = Options(selection=selection, workers=workers or os.cpu_count() or 1)
         asked = ChartOptions(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fullwell.cli.options import Cfa, Quiet, Verbose, Version, path_from
+from fullwell.cli.options import Cfa, Headerless, Quiet, Verbose, Version, path_from
 from fullwell.cli.status import guarded, status_of
 
 if TYPE_CHECKING:
@@ -26,19 +26,20 @@ def index(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a manifest that is there.")] = False,
     cfa: Cfa = None,
+    headerless: Headerless = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     _version: Version = False,
 ) -> None:
     """Write a manifest of a folder."""
     with guarded(verbose=verbose):
-        study = _write(folder, out=out or folder / "study.toml", force=force, cfa=cfa)
+        study = _write(folder, out=out or folder / "study.toml", force=force, cfa=cfa, headerless=headerless)
         if not quiet:
             _tell(study, out or folder / "study.toml")
         raise typer.Exit(status_of(study.findings))
 
 
-def _write(folder: Path, *, out: Path, force: bool, cfa: str | None) -> "Study":
+def _write(folder: Path, *, out: Path, force: bool, cfa: str | None, headerless: str | None) -> "Study":
     from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, and `--help` does not need it
     from fullwell.errors import UsageError  # noqa: PLC0415 - as above
     from fullwell.frames.manifest import write_manifest  # noqa: PLC0415 - as above
@@ -50,7 +51,7 @@ def _write(folder: Path, *, out: Path, force: bool, cfa: str | None) -> "Study":
         raise UsageError(f"The folder {out.parent} does not exist; make it, or name another file with -o.")
     if out.exists() and not force:
         raise UsageError(f"{out} is there already; --force overwrites it, -o writes elsewhere.")
-    study = index_folder(folder, selection_from(cfa=cfa))
+    study = index_folder(folder, selection_from(cfa=cfa, headerless=headerless))
     text = write_manifest(study, folder=out.parent)
     beside = out.with_name(f".{out.name}.partial")
     try:

@@ -64,6 +64,15 @@ CameraFacts = Annotated[
     str | None,
     typer.Option("--camera", metavar="NAME|FILE", help="Camera facts: pixel-4a, or a TOML file with a [camera] table."),
 ]
+Headerless = Annotated[
+    str | None,
+    typer.Option(
+        "--headerless",
+        metavar="FORMAT",
+        help="How files without a header are stored: width=1920,height=1080,bits=12,container=16,byte_order=little,"
+        "offset=0,row_stride=0,cfa=BGGR; container 8, 16, packed-mipi, packed-lsb or packed-msb.",
+    ),
+]
 LegacyBlack = Annotated[
     str,
     typer.Option(

@@ -12,6 +12,7 @@ from fullwell.frames.naming import PER_SECOND
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import HIGHEST_CODE, Kind
 from fullwell.raw.cfa import BAYER, MONO
+from fullwell.raw.headerless_format import parse_format
 
 SMALLEST_TILE: Final = 4
 LARGEST_TILE: Final = 256
@@ -28,6 +29,7 @@ def selection_from(
     white: float | None = None,
     camera: str | None = None,
     crop: str | None = None,
+    headerless: str | None = None,
 ) -> Selection:
     """Return what the user asked for.
 
@@ -46,6 +48,7 @@ def selection_from(
         white_level=None if white is None else _level(white, option="--white", least=1),
         camera=None if camera is None else camera_named(camera),
         crop=None if crop is None else _crop(crop),
+        headerless=None if headerless is None else parse_format(headerless),
     )
 
 

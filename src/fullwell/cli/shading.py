@@ -13,6 +13,7 @@ from fullwell.cli.options import (
     Cfa,
     Crop,
     Exposures,
+    Headerless,
     Isos,
     Json,
     Only,
@@ -63,6 +64,7 @@ def fit(
     only: Only = None,
     crop: Crop = None,
     cfa: Cfa = None,
+    headerless: Headerless = None,
     black: Black = None,
     white: White = None,
     camera: CameraFacts = None,
@@ -79,7 +81,15 @@ def fit(
         from fullwell.workflow.shading.fit import fit_maps  # noqa: PLC0415 - as above
 
         selection = selection_from(
-            isos=iso, exposures=exposure, only=only, cfa=cfa, black=black, white=white, camera=camera, crop=crop
+            isos=iso,
+            exposures=exposure,
+            only=only,
+            cfa=cfa,
+            black=black,
+            white=white,
+            camera=camera,
+            crop=crop,
+            headerless=headerless,
         )
         options = Options(selection=selection, workers=workers or os.cpu_count() or 1)
         with shown_progress(quiet=quiet) as progress:
@@ -104,6 +114,7 @@ def compare(
     exposure: Exposures = None,
     crop: Crop = None,
     cfa: Cfa = None,
+    headerless: Headerless = None,
     black: Black = None,
     white: White = None,
     camera: CameraFacts = None,
@@ -120,7 +131,14 @@ def compare(
         from fullwell.workflow.shading.compare import compare_maps  # noqa: PLC0415 - as above
 
         selection = selection_from(
-            isos=iso, exposures=exposure, cfa=cfa, black=black, white=white, camera=camera, crop=crop
+            isos=iso,
+            exposures=exposure,
+            cfa=cfa,
+            black=black,
+            white=white,
+            camera=camera,
+            crop=crop,
+            headerless=headerless,
         )
         options = Options(selection=selection, workers=workers or os.cpu_count() or 1)
         with shown_progress(quiet=quiet) as progress:
@@ -145,6 +163,7 @@ def apply(
         ),
     ] = None,
     cfa: Cfa = None,
+    headerless: Headerless = None,
     black: Black = None,
     white: White = None,
     camera: CameraFacts = None,
@@ -160,7 +179,7 @@ def apply(
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
         from fullwell.workflow.shading.apply import apply_shading  # noqa: PLC0415 - as above
 
-        selection = selection_from(cfa=cfa, black=black, white=white, camera=camera)
+        selection = selection_from(cfa=cfa, black=black, white=white, camera=camera, headerless=headerless)
         options = Options(selection=selection, workers=workers or os.cpu_count() or 1)
         quarters = _quarters(turn)
         with shown_progress(quiet=quiet) as progress:

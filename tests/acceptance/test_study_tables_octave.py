@@ -23,7 +23,7 @@ from fullwell.frames.study import load_study
 from fullwell.report.study_tables import ShadingCoefficients, StudyTables, write_iso_tables, write_study_tables
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.measure.bursts import Burst, group_by_iso
-from fullwell.workflow.second_look import look_again
+from fullwell.workflow.published.second_look import look_again
 
 SCRIPT = Path(__file__).with_name("published_study.m")
 VOLTS = VoltScale(swing_v=0.45907, bit_depth=10, white_level=1023.0)

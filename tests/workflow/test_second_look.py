@@ -16,8 +16,8 @@ from fullwell.frames.study import load_study
 from fullwell.raw.open import read_raw
 from fullwell.testing.studies import simulated_study, simulation
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
+from fullwell.workflow.published.second_look import SecondLook, base_group, look_again
 from fullwell.workflow.reduce import reduce_study
-from fullwell.workflow.second_look import SecondLook, base_group, look_again
 
 STUDY = {
     "isos": [100, 200],

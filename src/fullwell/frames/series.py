@@ -14,6 +14,9 @@ CONTAINER_BITS: Final = 16
 HIGHEST_CODE: Final = 2**CONTAINER_BITS - 1
 """No level lies above it [DN]."""
 
+SeriesKey = tuple[str, float, float]
+"""Kind, ISO and exposure: what identifies and orders a series within a study."""
+
 
 class Kind(StrEnum):
     """What a frame was taken for."""
@@ -71,7 +74,7 @@ class Series:
     photons: float | None = None
 
     @property
-    def key(self) -> tuple[str, float, float]:
+    def key(self) -> SeriesKey:
         """Return what identifies and orders the series within a study."""
         return (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0)
 

@@ -30,7 +30,7 @@ from fullwell.workflow.measure.shading_differences import measure_shading_differ
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import difference_pictures, response_pictures, shading_pictures
 from fullwell.workflow.pictures import take_pictures
-from fullwell.workflow.published_study import measure_published_study
+from fullwell.workflow.published.study import measure_published_study
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
 
@@ -60,7 +60,7 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     options
         What to measure and how.
     progress
-        Told of every frame; None for silence.
+        Told of every frame, and again of those read a second time; None for silence.
 
     Returns
     -------
@@ -122,11 +122,18 @@ def measure(
             keep=MEASURED_KINDS,
             scratch=Path(scratch),
         )
-        return _measured(study, measured, reduction, options=options, tile=tile, folder=folder)
+        return _measured(study, measured, reduction, options=options, tile=tile, folder=folder, progress=progress)
 
 
 def _measured(
-    study: Study, measured: Study, reduction: Reduction, *, options: Options, tile: int, folder: Path | None
+    study: Study,
+    measured: Study,
+    reduction: Reduction,
+    *,
+    options: Options,
+    tile: int,
+    folder: Path | None,
+    progress: Progress | None,
 ) -> Measurement:
     """Measure one ISO after the other, letting go of its maps; then what spans them."""
     groups = group_by_iso(measured, reduction.statistics, reduction.sums)
@@ -141,7 +148,7 @@ def _measured(
     rows = [row for one in isos for row in one.section.rows]
     shadings = [shading for one in isos for shading in one.shadings]
     differences_section, differences = measure_shading_differences(shadings, workers=options.workers)
-    published = measure_published_study(study, isos, options=options, folder=folder)
+    published = measure_published_study(study, isos, options=options, folder=folder, progress=progress)
     across = joined(
         (
             measure_against_iso(study, groups, rows),

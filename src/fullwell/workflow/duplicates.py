@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from fullwell.findings import Finding, Severity, listed
-from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
+from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
 from fullwell.raw.open import decode
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.reduce import Reduction, reduce_study
@@ -114,9 +114,9 @@ def _corrected(study: Study, whole: Reduction, copies: Sequence[_Copy], reduce: 
 def _replaced(
     study: Study,
     affected: Sequence[Series],
-    whole: Mapping[tuple[str, float, float], _Found],
-    again: Mapping[tuple[str, float, float], _Found],
-) -> Mapping[tuple[str, float, float], _Found]:
+    whole: Mapping[SeriesKey, _Found],
+    again: Mapping[SeriesKey, _Found],
+) -> Mapping[SeriesKey, _Found]:
     """Return what was found of each series in the study's order, the second finding for those that are affected."""
     gone = {series.key for series in affected}
     found = {key: one for key, one in whole.items() if key not in gone} | dict(again)

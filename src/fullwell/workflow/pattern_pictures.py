@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.fit.legacy.shading_map import Poly22, evaluate
-from fullwell.frames.series import Study
+from fullwell.frames.series import SeriesKey, Study
 from fullwell.report.pictures import ResponsePicture, ShadingDifferencePicture, ShadingPicture
 from fullwell.workflow.measure.iso import IsoMeasurement
 from fullwell.workflow.measure.pattern_maps import SLOPE
@@ -17,8 +17,8 @@ from fullwell.workflow.measure.shading_differences import BurstDifference
 
 MOST_POINTS: Final = 64
 MOST_RESPONSE: Final = 128
-Surfaces = Mapping[tuple[int, str], Poly22]
-"""The published study's surface by identity of the burst and channel."""
+Surfaces = Mapping[tuple[SeriesKey, str], Poly22]
+"""The published study's surface by the key of the series and channel."""
 
 
 def shading_pictures(shadings: Sequence[BurstShading], surfaces: Surfaces) -> tuple[ShadingPicture, ...]:
@@ -29,7 +29,7 @@ def shading_pictures(shadings: Sequence[BurstShading], surfaces: Surfaces) -> tu
             min(sizes) for sizes in zip(*(one.data.signal_dn.shape for one in shading.channels), strict=True)
         )
         pictures += [
-            _shading_picture(shading, one, (rows, columns), surfaces.get((id(shading.burst), one.channel)))
+            _shading_picture(shading, one, (rows, columns), surfaces.get((shading.burst.series.key, one.channel)))
             for one in shading.channels
         ]
     return tuple(pictures)

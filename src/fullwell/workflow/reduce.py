@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
-from fullwell.frames.series import Exclusion, Frame, Kind, Series, Study
+from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
@@ -56,11 +56,11 @@ class Reduction:
 
     """
 
-    statistics: Mapping[tuple[str, float, float], SeriesStatistics]
+    statistics: Mapping[SeriesKey, SeriesStatistics]
     hashes: Mapping[str, str]
     excluded: tuple[Exclusion, ...]
     findings: tuple[Finding, ...]
-    sums: Mapping[tuple[str, float, float], NDArray[np.uint32]] = field(default_factory=dict)
+    sums: Mapping[SeriesKey, NDArray[np.uint32]] = field(default_factory=dict)
 
 
 def reduce_study(
@@ -144,7 +144,7 @@ class _Reducer:
         self._slot_bytes = slot_bytes
         self._kept = kept
         self._progress = progress
-        self._statistics: dict[tuple[str, float, float], SeriesStatistics] = {}
+        self._statistics: dict[SeriesKey, SeriesStatistics] = {}
         self._hashes: dict[str, str] = {}
         self._excluded: list[Exclusion] = []
 

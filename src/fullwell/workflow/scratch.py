@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.frames.series import Kind, Series
+from fullwell.frames.series import Kind, Series, SeriesKey
 
 MOST_KEPT_BYTES: Final = 1_000_000_000
-Key = tuple[str, float, float]
 
 
 class KeptSums:
@@ -40,7 +39,7 @@ class KeptSums:
         self, series: Sequence[Series], *, kinds: Collection[Kind], pixels: int, folder: Path | None = None
     ) -> None:
         self._keys = {one.key for one in series if one.kind in kinds}
-        self._kept: dict[Key, NDArray[np.uint32]] = {}
+        self._kept: dict[SeriesKey, NDArray[np.uint32]] = {}
         self._folder: Path | None = None
         total_bytes = len(self._keys) * pixels * np.dtype(np.uint32).itemsize
         if total_bytes > MOST_KEPT_BYTES:
@@ -50,14 +49,14 @@ class KeptSums:
                 )
             self._folder = folder
 
-    def keep(self, key: Key, sums: NDArray[np.uint32]) -> None:
+    def keep(self, key: SeriesKey, sums: NDArray[np.uint32]) -> None:
         """Copy the sums of a series, if they are to be kept; from any thread, once for a series."""
         if key in self._keys:
             kept = sums.copy() if self._folder is None else _in_file(sums, self._folder)
             kept.flags.writeable = False
             self._kept[key] = kept
 
-    def sums(self, series: Sequence[Series]) -> Mapping[Key, NDArray[np.uint32]]:
+    def sums(self, series: Sequence[Series]) -> Mapping[SeriesKey, NDArray[np.uint32]]:
         """Return what was kept, read-only, in the order of the series."""
         return {one.key: self._kept[one.key] for one in series if one.key in self._kept}
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.frames.series import Kind, Series, Study
+from fullwell.frames.series import Kind, Series, SeriesKey, Study
 from fullwell.statistics.series import PlaneStatistics, SeriesStatistics
 
 
@@ -88,8 +88,8 @@ class IsoBursts:
 
 def group_by_iso(
     study: Study,
-    statistics: Mapping[tuple[str, float, float], SeriesStatistics],
-    sums: Mapping[tuple[str, float, float], NDArray[np.uint32]] | None = None,
+    statistics: Mapping[SeriesKey, SeriesStatistics],
+    sums: Mapping[SeriesKey, NDArray[np.uint32]] | None = None,
 ) -> tuple[IsoBursts, ...]:
     """Group the bursts that survived reduction by ISO, in ascending order.
 

@@ -114,7 +114,7 @@ def look_again(
     tasks.extend((read_noise, index) for index in range(len(unlit)))
     tasks.extend((spread, index) for index in range(len(flats)))
     every = [*(frame for _, frames in unlit for frame in frames), *(frame for _, frame in flats)]
-    if progress is not None:
+    if progress is not None and every:
         progress.start(len(every))
     run_threads(_taker(tasks), workers=_workers(workers, every, len(tasks)))
     known = [

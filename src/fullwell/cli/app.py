@@ -13,6 +13,7 @@ from fullwell.cli.inspect import inspect
 from fullwell.cli.model import model
 from fullwell.cli.options import Version
 from fullwell.cli.overview import overview, summary_of
+from fullwell.cli.presets import presets
 from fullwell.cli.shading import shading
 from fullwell.cli.simulate import simulate
 
@@ -25,6 +26,7 @@ app.command(help=summary_of("demo"), context_settings=_CONTEXT)(demo)
 app.command(help=summary_of("index"), context_settings=_CONTEXT)(index)
 app.command(help=summary_of("inspect"), context_settings=_CONTEXT)(inspect)
 app.command(help=summary_of("model"), context_settings=_CONTEXT)(model)
+app.add_typer(presets, name="presets", help=summary_of("presets"), context_settings=_CONTEXT)
 app.add_typer(shading, name="shading", help=summary_of("shading"), context_settings=_CONTEXT)
 app.command(help=summary_of("simulate"), context_settings=_CONTEXT)(simulate)
 

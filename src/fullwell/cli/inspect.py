@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fullwell.cli.options import Json, Verbose, Version
+from fullwell.cli.options import Headerless, Json, Verbose, Version, path_from
 from fullwell.cli.status import guarded, status_of
 
 if TYPE_CHECKING:
@@ -18,6 +18,16 @@ if TYPE_CHECKING:
 def inspect(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Raw files.")],
     *,
+    headerless: Headerless = None,
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Guess how files without a header are stored; writes a contact sheet.")
+    ] = False,
+    sheet: Annotated[
+        Path | None,
+        typer.Option(
+            "--sheet", parser=path_from, metavar="PNG", help="Contact sheet of --guess; NAME_guesses.png by default."
+        ),
+    ] = None,
     as_json: Json = False,
     verbose: Verbose = False,
     _version: Version = False,
@@ -25,9 +35,16 @@ def inspect(
     """Tell what raw files are."""
     with guarded(verbose=verbose):
         from fullwell.frames.inspection import inspect_file  # noqa: PLC0415 - heavy, and `--help` does not need it
+        from fullwell.raw.headerless_format import parse_format  # noqa: PLC0415 - as above
 
         _require_files(files)
-        inspections = [inspect_file(path) for path in files]
+        if guess or sheet is not None:
+            from fullwell.cli.guessing import tell_guesses  # noqa: PLC0415 - as above
+
+            tell_guesses(files, sheet=sheet, as_json=as_json)
+            return
+        stated = None if headerless is None else parse_format(headerless)
+        inspections = [inspect_file(path, headerless=stated) for path in files]
         _require_one_readable(inspections)
         if as_json:
             from fullwell.cli.inspection_tables import document  # noqa: PLC0415 - as above

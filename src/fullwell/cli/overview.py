@@ -13,6 +13,7 @@ COMMANDS: Final = (
     ("index", "Write a study.toml of a folder, to be corrected by hand."),
     ("inspect", "Tell what raw files are: size, CFA, levels, exposure."),
     ("model", "Convert noise models: k's, DN, electrons, EMVA 1288, DNG NoiseProfile."),
+    ("presets", "Keep how headerless raw files are stored, by extension."),
     ("shading", "Fit, compare and apply maps of lens shading."),
     ("simulate", "Write a simulated camera's raw frames from a configuration."),
 )

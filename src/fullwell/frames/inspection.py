@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError
 from fullwell.findings import Finding, Severity
+from fullwell.frames.headerless import geometry_advice, geometry_doubts, read_stated
+from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import RawHeader
-from fullwell.raw.open import decode, read_header
+from fullwell.raw.open import decode
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,18 +37,31 @@ class Inspection:
     findings: tuple[Finding, ...]
 
 
-def inspect_file(path: Path) -> Inspection:
-    """Read a file's header and pixels; what goes wrong with the file becomes a finding."""
+def inspect_file(path: Path, *, headerless: HeaderlessFormat | None = None) -> Inspection:
+    """Read a file's header and pixels; what goes wrong with the file becomes a finding.
+
+    Parameters
+    ----------
+    path
+        The file.
+    headerless
+        How it is stored if it has no header; None asks its sidecar, then the presets.
+
+    """
     header: RawHeader | None = None
     try:
-        header = read_header(path)
-        effective_bits = used_bits(decode(header, path.read_bytes()), bit_depth=header.bit_depth)
+        header = read_stated(path, headerless=headerless)
+        data = path.read_bytes()
+        effective_bits = used_bits(decode(header, data), bit_depth=header.bit_depth)
+        doubts = geometry_doubts(header, data)
     except RawFileError as error:
         known = header.findings if header is not None else ()
         said = any(one.code == error.code for one in known)
         refusal = Finding(code=error.code, severity=Severity.ERROR, message=error.message, files=(str(path),))
-        return Inspection(path=path, header=header, effective_bits=None, findings=known if said else (*known, refusal))
-    return Inspection(path=path, header=header, effective_bits=effective_bits, findings=header.findings)
+        told = known if said else (*known, refusal, *geometry_advice(path, error.code))
+        return Inspection(path=path, header=header, effective_bits=None, findings=told)
+    findings = (*header.findings, *doubts)
+    return Inspection(path=path, header=header, effective_bits=effective_bits, findings=findings)
 
 
 def used_bits(mosaic: NDArray[np.uint16], *, bit_depth: int) -> int | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from fullwell.errors import RawFileError, UnreadableFileError
 from fullwell.findings import Finding, Severity
+from fullwell.frames.headerless import stored_as
 from fullwell.frames.naming import exposure_in_path, iso_in_path
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
 from fullwell.frames.series import CONTAINER_BITS, Camera, Exclusion, Frame, Kind
@@ -130,12 +131,6 @@ def _read(
         sidecar_exposure_s=_overruled(header, candidate=candidate, facts=facts),
         findings=(*_named(header.findings, candidate.name), *findings),
     )
-
-
-def stored_as(facts: SidecarFacts, *, size: int) -> tuple[HeaderlessFormat | None, str]:
-    """Return how a sidecar says that a frame without a header is stored, if its size agrees, and who says so."""
-    stated = facts.headerless
-    return (stated if stated is not None and size in stated.file_sizes else None), "the sidecar"
 
 
 def _sidecar(candidate: Candidate) -> tuple[SidecarFacts, tuple[Finding, ...]]:

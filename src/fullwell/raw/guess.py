@@ -23,6 +23,8 @@ from fullwell.raw.predictability import Predictability, bits_to_tell, greens_of
 
 STRONG_PERIOD: Final = 15.0
 """Row periods that stand out this far are there for certain [standard deviations of all lags]."""
+_CLEARLY: Final = 0.5
+"""Fewer bits left of a pixel by so many are no chance [bit]."""
 _LARGEST_HEADER: Final = 1 << 16
 _LONGEST_PADDING: Final = 256
 _TYPICAL_SHAPE: Final = 1.4
@@ -82,6 +84,30 @@ def guess_formats(data: bytes | bytearray | memoryview, *, name: str = "", most:
     ranked = sorted(found, key=lambda one: (one[0], str(one[1])))
     chosen = _different(ranked, most=most)
     return tuple(_told(score, stated, told, view=view, periods=periods, hints=hints) for score, stated, told in chosen)
+
+
+def better_geometry(stated: HeaderlessFormat, data: bytes | bytearray | memoryview) -> Guess | None:
+    """Return the geometry that the content speaks for, where it speaks clearly against the stated one.
+
+    Rows that repeat after another number of bytes, or words whose bytes are better swapped, give rise to doubt; a
+    frame without content does not.
+    """
+    view = memoryview(data).cast("B")
+    stored = np.frombuffer(view, dtype=np.uint8)
+    periods = row_periods(stored)
+    rows_repeat = any(period.stride in {stated.stride, 2 * stated.stride} for period in periods)
+    unlike = not rows_repeat and any(period.strength >= STRONG_PERIOD for period in periods)
+    told = bits_to_tell(stated, view).bits
+    other = replace(stated, byte_order="big" if stated.byte_order == "little" else "little")
+    swapped = stated.container == WORD and bits_to_tell(other, view).bits < told - _CLEARLY
+    if not (unlike or swapped):
+        return None
+    best = next(iter(guess_formats(data, most=1)), None)
+    if best is None or best.bits_left * best.stated.width * best.stated.height / stored.size >= (
+        told * stated.width * stated.height / stored.size - _CLEARLY / 2
+    ):
+        return None
+    return best
 
 
 def _candidates(
@@ -210,11 +236,11 @@ def _strength(stated: HeaderlessFormat, periods: Iterable[RowPeriod]) -> float:
 def _different(
     ranked: Iterable[tuple[float, HeaderlessFormat, Predictability]], *, most: int
 ) -> list[tuple[float, HeaderlessFormat, Predictability]]:
-    """Return the best, each shape and packing once."""
-    chosen: dict[tuple[int, int, str, int, str], tuple[float, HeaderlessFormat, Predictability]] = {}
+    """Return the best, each length of rows in each packing once."""
+    chosen: dict[tuple[int, str, int, str], tuple[float, HeaderlessFormat, Predictability]] = {}
     for one in ranked:
         stated = one[1]
-        key = (stated.width, stated.height, stated.container, stated.bits, stated.byte_order)
+        key = (stated.stride, stated.container, stated.bits, stated.byte_order)
         chosen.setdefault(key, one)
     return list(chosen.values())[:most]
 

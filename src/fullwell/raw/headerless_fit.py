@@ -61,6 +61,8 @@ def suggestions(stated: HeaderlessFormat, *, size: int) -> Iterator[str]:
     yield from _other_side(stated, size=size)
     yield from _other_container(stated, size=size)
     yield from _common_sizes(stated, size=size)
+    for container, bits in STORED_AS:
+        yield from _common_sizes(replace(stated, container=container, bits=bits), size=size, changed=True)
     surplus = size - stated.file_sizes[0]
     if 0 < surplus <= _LARGEST_HEADER and surplus < stated.stride * stated.height:
         yield f"offset={stated.offset + surplus} if that is what comes before the pixels"
@@ -100,12 +102,14 @@ def _other_container(stated: HeaderlessFormat, *, size: int) -> Iterator[str]:
             yield changed if other.bits == stated.bits else f"{changed},bits={other.bits}"
 
 
-def _common_sizes(stated: HeaderlessFormat, *, size: int) -> Iterator[str]:
+def _common_sizes(stated: HeaderlessFormat, *, size: int, changed: bool = False) -> Iterator[str]:
+    """Return sizes of well-known sensors that fit; ``changed`` says that the container is another than was stated."""
     for width, height in COMMON_SIZES:
         for turned in ((width, height), (height, width)):
             other = replace(stated, width=turned[0], height=turned[1], row_stride=0)
             if size in other.file_sizes:
-                yield f"width={turned[0]},height={turned[1]}"
+                sides = f"width={turned[0]},height={turned[1]}"
+                yield f"{sides},container={stated.container},bits={stated.bits}" if changed else sides
 
 
 def _in_words(stated: HeaderlessFormat) -> bool:

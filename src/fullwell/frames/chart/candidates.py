@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from fullwell.frames.chart.areas import Areas
 from fullwell.frames.chart.definition import ChartDefinition
-from fullwell.frames.chart.homography import UNIT_SQUARE, affine, homography, mapped
+from fullwell.frames.chart.homography import UNIT_SQUARE, affine, convex, homography, mapped
 
 _LIKE: Final = 2.6
 """Ratio of sizes, above which two areas do not belong to patches of one size: perspective, eaten edges."""
@@ -238,7 +238,7 @@ def _grown(
         if matrix is None:
             return None, owner
         predicted = mapped(matrix, definition.centres)
-        if not _plausible(matrix):
+        if not convex(mapped(matrix, UNIT_SQUARE), perspective=_PERSPECTIVE):
             return None, owner
     assert matrix is not None  # noqa: S101 -- the loop ran
     met = owner >= 0
@@ -278,18 +278,6 @@ def _fitted(
     if projective and len(source) >= 6:
         return homography(source, target)
     return affine(source, target)
-
-
-def _plausible(matrix: NDArray[np.float64]) -> bool:
-    """Whether a map shows the chart as a convex quadrilateral, its far edges not much shorter than the near ones."""
-    corners = mapped(matrix, UNIT_SQUARE)
-    if np.isnan(corners).any():
-        return False
-    edges = np.roll(corners, -1, axis=0) - corners
-    turns = edges[:, 0] * np.roll(edges[:, 1], -1) - edges[:, 1] * np.roll(edges[:, 0], -1)
-    lengths = np.linalg.norm(edges, axis=1)
-    shortened = max(lengths[0] / lengths[2], lengths[2] / lengths[0], lengths[1] / lengths[3], lengths[3] / lengths[1])
-    return bool(abs(np.sign(turns).sum()) == len(turns)) and float(shortened) < _PERSPECTIVE
 
 
 def _in_line(points: NDArray[np.float64]) -> bool:

@@ -1,12 +1,16 @@
 """Maps between the plane of a chart and the plane of its picture."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.frames.chart.definition import ChartDefinition
 
-UNIT_SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+UNIT_SQUARE: Final = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 """The corners of a chart, clockwise from its top left."""
+_FLAT: Final = 1e-4
+"""Turn at a corner over the square of the longest edge, below which three corners stand in a line."""
 
 
 def affine(source: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -41,6 +45,27 @@ def mapped(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[
     image = points @ matrix[:, :2].T + matrix[:, 2]
     depth = np.where(image[..., 2:] > 1e-9, image[..., 2:], np.nan)
     return image[..., :2] / depth
+
+
+def convex(corners: NDArray[np.float64], *, perspective: float = np.inf) -> bool:
+    """Whether four points, shape (4, 2), are the corners of a convex quadrilateral in their order.
+
+    Parameters
+    ----------
+    corners
+        The points; NaN where they lie behind the horizon.
+    perspective
+        Ratio that opposite edges stay below.
+
+    """
+    if not np.isfinite(corners).all():
+        return False
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(edges, axis=1)
+    turns = edges[:, 0] * np.roll(edges[:, 1], -1) - edges[:, 1] * np.roll(edges[:, 0], -1)
+    turning = np.abs(turns).min() > _FLAT * lengths.max() ** 2 and abs(np.sign(turns).sum()) == len(turns)
+    ratio = lengths / np.roll(lengths, 2)
+    return bool(turning) and float(ratio.max()) < perspective
 
 
 def quadrilaterals(matrix: NDArray[np.float64], definition: ChartDefinition, *, share: float) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from fullwell.frames.chart.agreement import Agreement, agreement
 from fullwell.frames.chart.areas import even_areas
 from fullwell.frames.chart.candidates import Candidate, candidates
 from fullwell.frames.chart.definition import ChartDefinition
-from fullwell.frames.chart.homography import UNIT_SQUARE, homography, mapped, quadrilaterals
+from fullwell.frames.chart.homography import UNIT_SQUARE, convex, homography, mapped, quadrilaterals
 from fullwell.frames.chart.patches import SMALLEST, Patch
 from fullwell.frames.chart.preview import Preview, preview
 from fullwell.frames.chart.rectangles import inner_rectangle
@@ -113,6 +113,8 @@ def locate(
 
     """
     if corners is not None:
+        if not convex(np.array(corners, dtype=np.float64)):
+            return _nothing("These corners are not those of a chart: give them clockwise, no three of them in a line.")
         return _located(_given(mosaic, corners, cfa=cfa, black=black, white=white, definition=definition), definition)
     best: _Place | None = None
     scales: set[int] = set()
@@ -148,7 +150,8 @@ def _searched(picture: Preview, definition: ChartDefinition) -> _Place | None:
         return None
     best = places[0]
     rivals = [one for one in places[1:] if _elsewhere(one, best, definition)]
-    doubtful = best.confidence >= CONFIDENCE and bool(rivals) and rivals[0].weight > best.weight - _LEAD
+    tied = bool(rivals) and rivals[0].weight > best.weight - _LEAD
+    doubtful = best.confidence >= CONFIDENCE and (tied or _headless(best, definition))
     confidence = best.confidence * (_DOUBT if doubtful else 1.0)
     return replace(best, matrix=_of_mosaic(picture.scale) @ best.matrix, confidence=confidence, doubtful=doubtful)
 
@@ -190,6 +193,12 @@ def _even(agreed: Agreement) -> float:
 def _ramp(value: float, ends: tuple[float, float]) -> float:
     """Return 0 below the first end, 1 above the second, and what lies between in between."""
     return float(np.clip((value - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))
+
+
+def _headless(place: _Place, definition: ChartDefinition) -> bool:
+    """Whether the lightest step of a strip is not seen as one: its steps are alike, so nobody knows which is which."""
+    lightest = int(np.argmax(definition.colours.sum(axis=1)))
+    return definition.in_line and place.candidate is not None and not place.candidate.met[lightest]
 
 
 def _elsewhere(one: _Place, other: _Place, definition: ChartDefinition) -> bool:

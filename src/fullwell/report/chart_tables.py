@@ -72,13 +72,13 @@ def black_level_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
     for iso in isos:
         for method in _methods(mine, iso, _EVIDENCE):
             cells = (_cell(mine, iso, method, channel) for channel in channels)
-            lines.append((*_iso_cell(isos, iso), method, *cells, _explained(method, _one(mine, iso, method))))
+            lines.append((*_iso_cell(isos, iso), method, *cells, _flags([row for row in mine if row.method == method])))
     return (
         WordTable(
             title="Evidence for the black level [DN]",
-            head=(*_iso_head(isos), "Evidence", *channels, "What it is"),
+            head=(*_iso_head(isos), "Evidence", *channels, "Flags"),
             lines=tuple(lines),
-            note=_flag_note(mine),
+            note=" ".join([*_explanations(mine, _EVIDENCE), _flag_note(mine)]),
         ),
     )
 
@@ -95,8 +95,7 @@ def coefficients_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
             for method in _methods([row for row in mine if row.channel == channel], iso, _FITS):
                 of_one = {row.quantity: row for row in mine if _is(row, iso, method, channel)}
                 cells = (show_figure(of_one[name]) if name in of_one else MISSING for name in _COEFFICIENTS)
-                flags = sorted({flag for row in of_one.values() for flag in row.flags} - {glossary.RECOMMENDED})
-                lines.append((*_iso_cell(isos, iso), channel, method, *cells, ", ".join(flags)))
+                lines.append((*_iso_cell(isos, iso), channel, method, *cells, _flags(list(of_one.values()))))
     return (
         WordTable(
             title="Noise coefficients, beside the published fits",
@@ -138,27 +137,21 @@ def range_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
 
 def black_patch_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
     """Return the clipping level over the noise of a dark patch, the figure that resembles that of ISO 15739."""
-    mine = [row for row in rows if row.method == "iso15739-like"]
+    mine = _of_leading([row for row in rows if row.method == "iso15739-like"])
     if not mine:
         return ()
     isos = _isos(mine)
     lines: list[tuple[str, ...]] = []
     for iso in isos:
         regions = dict.fromkeys(row.region for row in mine if row.iso == iso)
-        for channel in _channels([row for row in mine if row.iso == iso]):
-            for region in regions:
-                found = {
-                    row.measured.unit: row
-                    for row in mine
-                    if (row.iso, row.region, row.channel) == (iso, region, channel)
-                }
-                if found:
-                    cells = (show_figure(found[unit]) if unit in found else MISSING for unit in (DECIBEL, STOP))
-                    lines.append((*_iso_cell(isos, iso), channel, *cells, _black_patch(region)))
+        for region in regions:
+            found = {row.measured.unit: row for row in mine if (row.iso, row.region) == (iso, region)}
+            cells = (show_figure(found[unit]) if unit in found else MISSING for unit in (DECIBEL, STOP))
+            lines.append((*_iso_cell(isos, iso), *cells, _black_patch(region)))
     return (
         WordTable(
-            title="Clipping level over the noise of a dark patch",
-            head=(*_iso_head(isos), "Channel", "[dB]", "[EV]", "Dark patch"),
+            title=f"Clipping level over the noise of a dark patch{_whose(mine)}",
+            head=(*_iso_head(isos), "[dB]", "[EV]", "Dark patch"),
             lines=tuple(lines),
             note="In the manner of ISO 15739, not by it: the patch decides the figure. " + _flag_note(mine),
         ),
@@ -182,7 +175,7 @@ def capacity_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
             found = {row.measured.unit: row for row in mine if row.iso == iso and row.method == method}
             shown = [show_figure(found[unit]) if unit in found else MISSING for unit in (DN, ELECTRON)]
             interval = show_interval(found[DN].measured) if DN in found else MISSING
-            lines.append((*_iso_cell(isos, iso), method, *shown, interval, _explained(method, None)))
+            lines.append((*_iso_cell(isos, iso), method, *shown, interval, _explained(method)))
     return (
         WordTable(
             title=f"Saturation{_whose(mine)}",
@@ -197,9 +190,9 @@ def capacity_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
 def coefficient_facts(rows: Sequence[Row], iso: float | None) -> tuple[tuple[str, str], ...]:
     """Return the figures to write beside the noise curve of one ISO."""
     wanted = (
-        ("k_dark", "1", "gamma-likelihood", "k_dark"),
-        ("k_shot", "1", "gamma-likelihood", "k_shot"),
-        ("k_fpn", "1", "gamma-likelihood", "k_fpn"),
+        ("k_dark", "1", "gamma-likelihood", "$k_{dark}$"),
+        ("k_shot", "1", "gamma-likelihood", "$k_{shot}$"),
+        ("k_fpn", "1", "gamma-likelihood", "$k_{fpn}$"),
         ("system_gain", "DN/e-", "photon-transfer", "system gain"),
         ("read_noise", ELECTRON, "noise-model", "read noise"),
         ("black_level", DN, "fused", "black level"),
@@ -318,10 +311,6 @@ def _is(row: Row, iso: float | None, method: str, channel: str) -> bool:
     return (row.iso, row.method, row.channel) == (iso, method, channel)
 
 
-def _one(rows: Sequence[Row], iso: float | None, method: str) -> Row | None:
-    return next((row for row in rows if row.iso == iso and row.method == method), None)
-
-
 def _cell(rows: Sequence[Row], iso: float | None, method: str, channel: str) -> str:
     row = next((row for row in rows if _is(row, iso, method, channel)), None)
     return MISSING if row is None else _short_level(row.measured)
@@ -331,12 +320,22 @@ def _short_level(measured: Measured) -> str:
     return show(measured) if measured.std_error else show_plain(round(measured.value, 3))
 
 
-def _explained(method: str, row: Row | None) -> str:
-    """Return what a method is, with what its source adds to the section of the method."""
+def _explained(method: str) -> str:
     entry = glossary.method(method)
-    text = "" if entry is None else " ".join(part for part in (entry.definition, entry.bias) if part)
-    ratio = "" if row is None else row.source.partition(", ")[2]
-    return f"{text} ({ratio})" if ratio else text
+    return "" if entry is None else " ".join(part for part in (entry.definition, entry.bias) if part)
+
+
+def _explanations(rows: Sequence[Row], order: Sequence[str]) -> list[str]:
+    """Return what each method is, with the setting that its source names behind the section of the method."""
+    found: list[str] = []
+    for method in (method for method in order if any(row.method == method for row in rows)):
+        setting = next((row.source.partition(", ")[2] for row in rows if row.method == method), "")
+        found.append(f"{method}{f' ({setting})' if setting else ''}: {_explained(method)}")
+    return found
+
+
+def _flags(rows: Sequence[Row]) -> str:
+    return ", ".join(sorted({flag for row in rows for flag in row.flags} - {glossary.RECOMMENDED}))
 
 
 def _flag_note(rows: Sequence[Row]) -> str:

@@ -1,11 +1,13 @@
 """The two main pictures of a chart: noise, and signal-to-noise ratio, against the normalized signal."""
 
+import re
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from fullwell.report.curves import Table, Value
@@ -16,11 +18,9 @@ from fullwell.report.plots import (
     PIXELS,
     QUIET,
     Picture,
-    channel_legend,
     color_of,
     finite_range,
     key,
-    log_axis,
     pixels_below,
     sheet,
     vector_picture,
@@ -38,6 +38,7 @@ from fullwell.report.plots_chart_model import (
     decibel,
     leading_curve,
     noise_curves,
+    normalized_axis,
     patches_of,
     scatter,
 )
@@ -45,6 +46,10 @@ from fullwell.report.plots_chart_model import (
 _SIGNAL: Final = "Normalized signal above black  V = S / D"
 _HEIGHT_IN: Final = 5.9
 _BROAD: Final = 5.5
+_FACT_LINE: Final = 13.5
+_FACT_LETTER: Final = 5.2
+_FACT_PAD: Final = 7.0
+"""Line, letter and margin of the box of facts [point]."""
 
 Facts = Sequence[tuple[str, str]]
 """Names and values written into a picture."""
@@ -74,8 +79,8 @@ def noise_curve(points: Table, models: Table, iso: Value, facts: Facts) -> Pictu
     grid = np.geomspace(*span, 241)
     limits = finite_range(*noises, leading.noise(grid), positive=True) or (1e-4, 1e-1)
     main.set(xlim=span, ylim=(limits[0] / 1.9, limits[1] * 2.4))
-    log_axis(main, "x")
-    log_axis(main, "y")
+    normalized_axis(main, "x")
+    normalized_axis(main, "y")
     for one in common_lines(curves):
         main.plot(grid, one.noise(grid), color=MODEL_GRAY, linewidth=_BROAD, solid_capstyle="round", zorder=1.5)
     _noise_asymptotes(main, leading)
@@ -83,7 +88,7 @@ def noise_curve(points: Table, models: Table, iso: Value, facts: Facts) -> Pictu
         scatter(main, one, one.noise)
     main.set_ylabel("Normalized noise  σ / D")
     _strip(rest, main, every)
-    _write_facts(main, facts, place=(0.018, 0.965))
+    _write_facts(main, facts, corner=(0.014, 0.975))
     _legend(figure, every)
     pixels_below(main)
     return vector_picture(
@@ -123,11 +128,10 @@ def snr_curve(
     every = patches_of(points, leading.digital_maximum)
     figure = sheet(4.7)
     axes = figure.add_axes((0.072, 0.105, 0.915, 0.8))
-    span = _span(every, leading, reach=0.45)
+    span = _span(every, leading, deep=False)
     grid = np.geomspace(*span, 241)
-    highest = finite_range(*[one.snr for one in every], decibel(grid / leading.noise(grid)))
-    axes.set(xlim=span, ylim=(-7.5, (highest[1] if highest else 40.0) + 7.5))
-    log_axis(axes, "x")
+    axes.set(xlim=span, ylim=(-8.0, _highest_snr(every, leading, grid)))
+    normalized_axis(axes, "x")
     for one in common_lines(curves):
         axes.plot(grid, decibel(grid / one.noise(grid)), color=MODEL_GRAY, linewidth=_BROAD, zorder=1.5)
     _snr_asymptotes(axes, leading)
@@ -136,7 +140,7 @@ def snr_curve(
     axes.set_yticks(np.arange(0.0, axes.get_ylim()[1], 10.0))
     axes.set(xlabel=_SIGNAL, ylabel="Signal / noise [dB]")
     _range_arrow(axes, leading.detection, saturation, range_text)
-    _write_facts(axes, facts, place=(0.018, 0.965))
+    _write_facts(axes, facts, corner=(0.955, 0.5), right=True)
     _legend(figure, every)
     pixels_below(axes)
     return vector_picture(
@@ -157,7 +161,7 @@ def jumbled(points: Table, models: Table, iso: Value, rendered: RenderedPoints) 
     if leading is None:
         return None
     figure = sheet(3.7)
-    left, right = figure.add_axes((0.072, 0.14, 0.41, 0.69)), figure.add_axes((0.572, 0.14, 0.41, 0.69))
+    left, right = figure.add_axes((0.072, 0.14, 0.405, 0.69)), figure.add_axes((0.58, 0.14, 0.405, 0.69))
     every = patches_of(points, leading.digital_maximum)
     span = _span(every, leading)
     grid = np.geomspace(*span, 121)
@@ -173,9 +177,8 @@ def jumbled(points: Table, models: Table, iso: Value, rendered: RenderedPoints) 
     left.set(xlabel=_SIGNAL, ylabel="Normalized noise  σ / D")
     right.set(xlabel="Pixel value / largest value", ylabel="Noise / largest value")
     for axes in (left, right):
-        log_axis(axes, "x")
-        log_axis(axes, "y")
-    channel_legend(figure, [])
+        normalized_axis(axes, "x")
+        normalized_axis(axes, "y")
     figure.legend(handles=circle_keys(every), loc="upper right", ncols=8, handletextpad=0.2, columnspacing=1.2)
     return vector_picture(
         figure,
@@ -207,12 +210,22 @@ def _sheet_with_strip() -> tuple[Figure, Axes, Axes]:
     return figure, main, figure.add_axes((0.072, 0.085, 0.915, 0.17))
 
 
-def _span(every: Sequence[Patches], leading: NoiseCurve, *, reach: float = np.inf) -> tuple[float, float]:
-    """Return the signals to show: all of the patches, but none far below SNR 1; ``reach`` times SNR 1 at least."""
+def _span(every: Sequence[Patches], leading: NoiseCurve, *, deep: bool = True) -> tuple[float, float]:
+    """Return the signals to show: from far below SNR 1 where patches are that dark, else from a little below it."""
     seen = finite_range(*[one.signal for one in every], positive=True) or (1e-4, 1.0)
     start = leading.detection
-    low = seen[0] if not np.isfinite(start) else max(min(seen[0], reach * start), 0.1 * start)
-    return low / 1.6, max(1.05, 1.3 * seen[1])
+    low = seen[0] / 1.6
+    if np.isfinite(start):
+        low = max(low, 0.06 * start) if deep else 0.3 * start
+    return low, max(1.05, 1.3 * seen[1])
+
+
+def _highest_snr(every: Sequence[Patches], leading: NoiseCurve, grid: NDArray[np.float64]) -> float:
+    """Return the top of the SNR picture [dB]: above all points, above the line of the fixed pattern if that is near."""
+    seen = finite_range(*[one.snr for one in every], decibel(grid / leading.noise(grid)))
+    top = (seen[1] if seen else 40.0) + 6.0
+    fixed = -20.0 * np.log10(leading.coefficients[2])
+    return max(top, float(fixed) + 5.0) if fixed < top + 8.0 else top
 
 
 def _strip(axes: Axes, main: Axes, every: Sequence[Patches]) -> None:
@@ -223,7 +236,7 @@ def _strip(axes: Axes, main: Axes, every: Sequence[Patches]) -> None:
     largest = finite_range(*[np.abs(one.residual) for one in every])
     bound = max(4.4, 1.12 * largest[1]) if largest else 4.4
     axes.set(xlim=main.get_xlim(), ylim=(-bound, bound), xlabel=_SIGNAL, ylabel="Residual [σ]")
-    log_axis(axes, "x")
+    normalized_axis(axes, "x")
     axes.locator_params(axis="y", nbins=5)
     main.tick_params(labelbottom=False)
 
@@ -244,7 +257,7 @@ def _noise_asymptotes(axes: Axes, model: NoiseCurve) -> None:
         axes.plot(ends, factor * ends**power, color=color, linestyle=(0, (5, 2.5)), linewidth=1.1, zorder=2.5)
         at = _label_place(factor, power, (low, high), (bottom, top))
         if at is not None:
-            along(axes, text, at, slope=power, color=color)
+            along(axes, text, at, slope=power, color=color, below=power > 0.0)
     axes.set(xlim=(low, high), ylim=(bottom, top))
 
 
@@ -281,7 +294,7 @@ def _name_snr_line(axes: Axes, text: str, first: float, slope: float, color: str
     """Name a line that starts at ``first`` dB on the left and rises by ``slope`` dB per decade."""
     (low, high), (_, top) = axes.get_xlim(), axes.get_ylim()
     decades = float(np.log10(high / low))
-    share = 0.62 if slope == 0.0 else min(0.72, (0.86 * top - first) / slope / decades - 0.16)
+    share = 0.03 if slope == 0.0 else min(0.72, (0.86 * top - first) / slope / decades - 0.16)
     if share > 0.0 and first + slope * share * decades < top - 3.0:
         along(axes, text, (low * 10.0 ** (share * decades), first + slope * share * decades), slope=slope, color=color)
 
@@ -312,33 +325,66 @@ def _range_arrow(axes: Axes, start: float, saturation: float | None, text: str) 
     )
 
 
-def _write_facts(axes: Axes, facts: Facts, *, place: tuple[float, float]) -> None:
-    """Write names and values as two columns in the empty corner."""
+def _write_facts(axes: Axes, facts: Facts, *, corner: tuple[float, float], right: bool = False) -> None:
+    """Write names and values as two columns in a box.
+
+    Parameters
+    ----------
+    axes, facts
+        Where, and what; the place of the axes is set.
+    corner
+        Top left of the box as shares of the axes; top right with ``right``.
+
+    """
     if not facts:
         return
-    for column, aside, color in ((0, 0.0, QUIET), (1, 0.145, INK)):
-        axes.text(
-            place[0] + aside,
-            place[1],
-            "\n".join(fact[column] for fact in facts),
-            color=color,
-            va="top",
-            fontsize=8.5,
-            linespacing=1.55,
+    extent, scale = axes.get_window_extent(), 72.0 / axes.figure.dpi
+    wide, high = scale * extent.width, scale * extent.height
+    aside = (_FACT_PAD + _FACT_LETTER * max(len(_plain(name)) for name, _ in facts)) / wide
+    width = aside + (2.0 * _FACT_PAD + _FACT_LETTER * max(len(value) for _, value in facts)) / wide
+    height = (len(facts) * _FACT_LINE + _FACT_PAD) / high
+    left = corner[0] - width if right else corner[0]
+    axes.add_patch(
+        Rectangle(
+            (left, corner[1] - height),
+            width,
+            height,
             transform=axes.transAxes,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3.0},
-            zorder=6.0,
+            facecolor="white",
+            edgecolor="#dfe4e9",
+            linewidth=0.8,
+            zorder=5.5,
         )
+    )
+    for index, (name, value) in enumerate(facts):
+        level = corner[1] - (0.5 * _FACT_PAD + (index + 0.5) * _FACT_LINE) / high
+        for x, text, color in ((left + _FACT_PAD / wide, name, QUIET), (left + aside + _FACT_PAD / wide, value, INK)):
+            axes.text(
+                x,
+                level,
+                text,
+                color=color,
+                va="center_baseline",
+                fontsize=8.5,
+                transform=axes.transAxes,
+                zorder=6.0,
+            )
+
+
+def _plain(text: str) -> str:
+    """Return a text without what only sets it."""
+    return re.sub(r"[$_{}\\]", "", text)
 
 
 def _legend(figure: Figure, every: Sequence[Patches]) -> None:
     keys = [*circle_keys(every), key("noise model", color=MODEL_GRAY)]
     keys[-1].set_linewidth(0.8 * _BROAD)
+    keys[-1].set_solid_capstyle("butt")
     figure.legend(
         handles=keys,
         loc="upper right",
-        bbox_to_anchor=(0.99, 1.0),
+        bbox_to_anchor=(0.995, 1.0),
         ncols=len(keys),
-        handletextpad=0.3,
+        handletextpad=0.6,
         columnspacing=1.3,
     )

@@ -24,18 +24,26 @@ from fullwell.report.plots import (
     vector_picture,
 )
 from fullwell.report.plots_chart_model import (
+    BRIGHTEST,
     MODEL_GRAY,
     NoiseCurve,
     Patches,
+    channel_circles,
+    circle_keys,
     common_lines,
     leading_curve,
     noise_curves,
+    normalized_axis,
     patches_of,
     scatter,
 )
 
 _PARTLY: Final = 0.98
 """Share of the black level that the middle panel takes off: 500 of 511 in the published figure."""
+
+
+_LIGHT: Final = 0.25
+"""Share of the range of densities whose patches nothing flattens."""
 
 
 def clustering(points: Table, models: Table, iso: Value) -> Picture | None:
@@ -64,12 +72,14 @@ def clustering(points: Table, models: Table, iso: Value) -> Picture | None:
     limits = finite_range(*[one.noise[one.signal > 0.0] for one in every], positive=True) or (1e-4, 1e-1)
     for axes in panels:
         axes.set(xlim=(low / 1.5, 1.4), ylim=(limits[0] / 1.5, limits[1] * 1.6))
-        log_axis(axes, "x")
-        log_axis(axes, "y")
+        normalized_axis(axes, "x")
+        normalized_axis(axes, "y")
     for axes in panels[1:]:
         axes.tick_params(labelleft=False)
     panels[0].set_ylabel("Normalized noise")
-    channel_legend(figure, [one.channel for one in every], [key("noise model", color=MODEL_GRAY)])
+    model = key("noise model", color=MODEL_GRAY)
+    model.set_linewidth(4.0)
+    figure.legend(handles=[*circle_keys(every), model], loc="outside upper right", ncols=8, columnspacing=1.3)
     return vector_picture(
         figure,
         alt=f"Noise curve at {iso_title(_known(iso))} with no, part and all of the black level taken off",
@@ -123,7 +133,7 @@ def tonal_response(table: Table, blacks: Mapping[str, float], iso: Value) -> Pic
     table
         Curve `chart_tonal_response` of the ISO.
     blacks
-        Black level of each channel [DN].
+        Black level of each channel, and of ``all`` where they share one [DN].
     iso
         Of the table.
 
@@ -137,9 +147,10 @@ def tonal_response(table: Table, blacks: Mapping[str, float], iso: Value) -> Pic
     lowest = finite_range(table.numbers("log_pixel"), table.numbers("log_signal")) or (-1.0, 0.0)
     for axes in (left, right):
         axes.set_ylim(lowest[0] - 0.15, 0.25)
-        axes.set_ylabel("log10 (pixel value / white level)")
+        axes.set_ylabel("$\\log_{10}$ (pixel value / white level)")
         _proportional(axes, table, exposures)
-    named = "; ".join(sorted({f"{blacks[channel]:.5g} DN" for channel in channels if channel in blacks}))
+    shared = {"all": blacks["all"]} if "all" in blacks else blacks
+    named = ", ".join(sorted({f"{level:.5g} DN" for level in shared.values()}))
     left.set_title("Black level left in")
     right.set_title("Black level taken off")
     slope.set_title("Slope, black level taken off")
@@ -148,7 +159,8 @@ def tonal_response(table: Table, blacks: Mapping[str, float], iso: Value) -> Pic
     slope.set_ylim(min(-0.05, max(steep[0], -0.5)), min(max(1.25, 1.08 * steep[1]), 2.5))
     slope.set_ylabel("Slope")
     for axes in (left, right, slope):
-        axes.set_xlabel("log10 exposure  (−density)")
+        axes.locator_params(axis="x", nbins=6)
+        axes.set_xlabel("$\\log_{10}$ exposure  (−density)")
     channel_legend(figure, channels, [key("proportional", color=QUIET, linestyle="--")])
     return vector_picture(
         figure,
@@ -175,19 +187,21 @@ def _response_line(axes: Axes, channel: str, exposure: NDArray[np.float64], valu
 
 
 def _proportional(axes: Axes, table: Table, exposures: tuple[float, float]) -> None:
-    """Draw slope 1 through the middle of the bright patches, whose response nothing flattens."""
-    exposure, signal = table.numbers("log_exposure"), table.numbers("log_signal")
-    bright = np.isfinite(signal) & (signal > -1.0) & (signal < -0.1)
-    if not bright.any():
+    """Draw slope 1 through the lightest patches of the channel that sees most: nothing flattens their response."""
+    groups = [(part.numbers("log_exposure"), part.numbers("log_signal")) for _, part in table.split("channel")]
+    groups = [(exposure, signal) for exposure, signal in groups if np.isfinite(signal).any()]
+    if not groups:
         return
-    height = float(np.median(signal[bright] - exposure[bright]))
+    exposure, signal = max(groups, key=lambda one: float(np.nanmax(one[1])))
+    light = np.isfinite(signal) & (exposure >= exposures[1] - _LIGHT * (exposures[1] - exposures[0]))
+    height = float(np.median(signal[light] - exposure[light])) if light.any() else 0.0
     ends = np.array(exposures)
     limits = axes.get_ylim()
     axes.plot(ends, ends + height, color=QUIET, linestyle="--", linewidth=0.9, zorder=1.0)
     axes.set_ylim(limits)
 
 
-def proportional_exposures(table: Table, iso: Value) -> Picture:
+def proportional_exposures(table: Table, iso: Value) -> Picture | None:
     """Draw how far the patches of darker exposures are from one line through black, for one ISO.
 
     Parameters
@@ -197,41 +211,61 @@ def proportional_exposures(table: Table, iso: Value) -> Picture:
     iso
         Of the table.
 
+    Returns
+    -------
+    Picture or None
+        None without a darker exposure.
+
     """
-    groups = [(number, part) for number, part in table.split("exposure")]
-    figure, panels = canvas(1, max(len(groups), 1), height_in=2.6)
+    brightest = {_patch(one): one[-1] for one in _lines(table) if one[-2] == BRIGHTEST}
+    darker = [(number, part) for number, part in table.split("exposure") if number != BRIGHTEST]
+    if not darker:
+        return None
+    figure, panels = canvas(1, len(darker), height_in=2.7)
     bound = finite_range(np.abs(table.numbers("residual")))
     top = max(4.2, 1.1 * bound[1]) if bound else 4.2
-    for axes, (_, part) in zip(panels, groups, strict=True):
+    for axes, (_, part) in zip(panels, darker, strict=True):
         axes.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
         axes.axhline(0.0, color=QUIET, linewidth=0.8)
         for channel, points in part.split("channel"):
-            shown = np.array([value != "no" for value in points.values("used")]) & (points.numbers("signal") > 0.0)
+            signal = np.array([brightest.get(_patch(one), np.nan) for one in _lines(points)])
+            shown = np.array([value != "no" for value in points.values("used")]) & (signal > 0.0)
             axes.plot(
-                points.numbers("signal")[shown],
+                signal[shown],
                 points.numbers("residual")[shown],
                 linestyle="",
                 marker="o",
-                markersize=3.6,
+                markersize=3.8,
                 color=color_of(str(channel)),
                 alpha=0.85,
             )
         ratio = finite_range(part.numbers("ratio"))
-        axes.set_title(f"Exposure × {ratio[0]:.4g}" if ratio else "Exposure")
+        axes.set_title(f"Exposure × {ratio[0]:.4g}" if ratio else "Darker exposure")
         axes.set_ylim(-top, top)
-        axes.set_xlabel("Signal above black [DN]")
+        axes.set_xlabel("Signal of the patch in the brightest exposure [DN]")
         log_axis(axes, "x")
     panels[0].set_ylabel("Residual [σ]")
-    channel_legend(figure, [str(channel) for channel, _ in table.split("channel")])
+    keys = channel_circles(str(channel) for channel, _ in table.split("channel"))
+    figure.legend(handles=keys, loc="outside upper right", ncols=len(keys), columnspacing=1.3)
     return vector_picture(
         figure,
-        alt=f"Residuals of the exposure bracket at {iso_title(_known(iso))}, a panel per exposure",
+        alt=f"Residuals of the exposure bracket at {iso_title(_known(iso))}, a panel per darker exposure",
         caption=(
             f"Two exposures of one still scene at {iso_title(_known(iso))} differ by a factor above the black level, "
             "whatever the patches and the stray light are: the one level for which that holds is the black level. "
             "Deviation of each patch from it in standard deviations, grey: ±2."
         ),
     )
+
+
+def _lines(table: Table) -> list[tuple[Value, Value, Value, Value, float]]:
+    """Return scene, channel, patch, exposure and signal of each point."""
+    names = ("scene", "channel", "patch", "exposure")
+    return list(zip(*(table.values(name) for name in names), table.numbers("signal").tolist(), strict=True))
+
+
+def _patch(line: tuple[Value, Value, Value, Value, float]) -> tuple[Value, Value, Value]:
+    return line[0], line[1], line[2]
 
 
 def _known(iso: Value) -> float | None:

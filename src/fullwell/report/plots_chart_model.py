@@ -1,16 +1,18 @@
 """The noise model of a chart as it is drawn: lines over the normalized signal, and the patches beside them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from fullwell.report.curves import Table
-from fullwell.report.plots import PIXELS, QUIET, color_of, key
+from fullwell.report.plots import PIXELS, QUIET, color_of, key, log_axis
 
 MODEL_GRAY = "#c3cbd4"
 """The broad line of the model, which the patches lie on."""
@@ -164,12 +166,17 @@ def scatter(axes: Axes, patches: Patches, values: NDArray[np.float64], *, size: 
         )
 
 
+def channel_circles(channels: Iterable[str]) -> list[Line2D]:
+    """Return the legend of channels that are drawn as circles."""
+    return [
+        Line2D([], [], color=color_of(channel), marker="o", linestyle="", label=channel, alpha=0.85)
+        for channel in channels
+    ]
+
+
 def circle_keys(every: Sequence[Patches]) -> list[Line2D]:
     """Return the legend of channels, exposures and patches that took no part."""
-    keys = [
-        Line2D([], [], color=color_of(one.channel), marker="o", linestyle="", label=one.channel, alpha=0.85)
-        for one in every
-    ]
+    keys = channel_circles(one.channel for one in every)
     if any((one.used & ~one.brightest).any() for one in every):
         keys.append(key("darker exposure", color=QUIET, linestyle="none", marker="o"))
     if any((~one.used).any() for one in every):
@@ -177,8 +184,22 @@ def circle_keys(every: Sequence[Patches]) -> list[Line2D]:
     return keys
 
 
-def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color: str) -> Text:
-    """Write along a straight line of an axes whose place and limits are set: above the line, at a point of it.
+def normalized_axis(axes: Axes, which: Literal["x", "y"]) -> None:
+    """Make an axis of normalized values logarithmic: powers of ten alone, small ticks between them.
+
+    Call it when all is drawn and limits are set.
+    """
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    log_axis(axes, which)
+    axis.set_major_locator(LogLocator(numticks=12))
+    axis.set_major_formatter(LogFormatterMathtext())
+    axis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=12))
+    axis.set_minor_formatter(NullFormatter())
+    axes.tick_params(axis=which, which="minor", length=2.0, color="#b8c2cc")
+
+
+def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color: str, below: bool = False) -> Text:
+    """Write along a straight line of an axes whose place and limits are set: beside the line, from a point of it on.
 
     Parameters
     ----------
@@ -190,6 +211,8 @@ def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color
         Of the line in units of the axes' scales: decades on logarithmic axes.
     color
         Of the line.
+    below
+        Whether to write below the line rather than above.
 
     """
     width, height = axes.get_window_extent().size
@@ -198,14 +221,15 @@ def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color
         for limits, scale in ((axes.get_xlim(), axes.get_xscale()), (axes.get_ylim(), axes.get_yscale()))
     )
     angle = float(np.degrees(np.arctan2(slope * height / up, width / across)))
+    aside = -3.5 if below else 3.5
     return axes.annotate(
         text,
         at,
-        xytext=(-4.0 * np.sin(np.radians(angle)), 4.0 * np.cos(np.radians(angle))),
+        xytext=(-aside * np.sin(np.radians(angle)), aside * np.cos(np.radians(angle))),
         textcoords="offset points",
         rotation=angle,
         rotation_mode="anchor",
-        va="bottom",
+        va="top" if below else "bottom",
         ha="left",
         color=color,
         fontsize=8.0,

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
 
 from fullwell.report.curves import Table, Value
 from fullwell.report.numbers import show_iso
@@ -32,6 +33,12 @@ _TALLEST_IN: Final = 7.5
 _OUTLINE: Final = "#ffe14d"
 _LEFT_OUT: Final = "#ff7a45"
 _HALO: Final = (withStroke(linewidth=2.4, foreground="#111827"),)
+_LOWEST_DECIBEL: Final = -22.0
+"""Below it a patch has no signal to speak of."""
+_LIGHT: Final = 235.0
+"""Display value that the lightest patch is brought to."""
+_MOST_BRIGHTENED: Final = 3.0
+_SMALLEST_LETTERS: Final = 3.2
 
 
 def annotated_chart(picture: ChartPicture) -> Picture:
@@ -41,7 +48,7 @@ def annotated_chart(picture: ChartPicture) -> Picture:
     figure = sheet(tall)
     across = tall * width / height / WIDTH_IN
     axes = figure.add_axes(((1.0 - across) / 2.0, 0.0, across, 1.0))
-    axes.imshow(picture.image, extent=(0.0, width, height, 0.0), interpolation="antialiased", aspect="auto")
+    axes.imshow(_brightened(picture), extent=(0.0, width, height, 0.0), interpolation="antialiased", aspect="auto")
     axes.set_axis_off()
     points_per_pixel = 72.0 * WIDTH_IN * across / width
     for name, x, y, wide, high in picture.patches:
@@ -49,12 +56,14 @@ def annotated_chart(picture: ChartPicture) -> Picture:
         axes.add_patch(
             Rectangle((x, y), wide, high, fill=False, edgecolor=color, linewidth=1.1, path_effects=list(_HALO))
         )
-        size = min(9.0, points_per_pixel * min(0.55 * high, 1.5 * wide / max(len(name), 1)))
-        if size >= 4.0:
+        words = name.replace("-", " ").split() or [""]
+        longest = max(len(word) for word in words)
+        size = min(9.0, points_per_pixel * min(0.7 * high / len(words), 1.45 * wide / max(longest, 1)))
+        if size >= _SMALLEST_LETTERS:
             axes.text(
                 x + 0.5 * wide,
                 y + 0.5 * high,
-                name,
+                "\n".join(words),
                 color=color,
                 fontsize=size,
                 ha="center",
@@ -71,6 +80,18 @@ def annotated_chart(picture: ChartPicture) -> Picture:
         alt=f"The chart with its {len(picture.patches)} patches outlined, {picture.title}",
         caption=_chart_caption(picture),
     )
+
+
+def _brightened(picture: ChartPicture) -> NDArray[np.uint8]:
+    """Return the preview with its lightest patch near white, shape (V, H, 3)."""
+    inside = [
+        picture.image[round(y) : round(y + high), round(x) : round(x + wide)]
+        for name, x, y, wide, high in picture.patches
+        if name not in picture.left_out
+    ]
+    lightest = max((float(np.percentile(one, 90.0)) for one in inside if one.size), default=_LIGHT)
+    factor = float(np.clip(_LIGHT / max(lightest, 1.0), 1.0, _MOST_BRIGHTENED))
+    return np.clip(picture.image * factor, 0.0, 255.0).astype(np.uint8)
 
 
 def _chart_caption(picture: ChartPicture) -> str:
@@ -118,8 +139,9 @@ def against_density(points: Table, iso: Value) -> Picture | None:
     ratio.set_title("Signal-to-noise ratio")
     ratio.set_ylabel("Signal / noise [dB]")
     ratio.axhline(0.0, color=QUIET, linewidth=0.9)
+    ratio.set_ylim(bottom=max(ratio.get_ylim()[0], _LOWEST_DECIBEL))
     for axes in (noise, ratio):
-        axes.set_xlabel("log10 exposure  (−density)")
+        axes.set_xlabel("$\\log_{10}$ exposure  (−density)")
     extra = [key("darker exposure", color=QUIET, linestyle="none", marker="o")] if _several(points) else []
     channel_legend(figure, channels, extra)
     return vector_picture(

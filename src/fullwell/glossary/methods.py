@@ -51,6 +51,7 @@ _PLAIN: Final = (
     ),
     ("temporal-variance-peak", "Signal at the largest temporal variance.", "METHOD 7"),
     ("plateau", "Mean signal under heavy over-exposure, or the rail of the converter.", "METHOD 7"),
+    ("last-consistent-level", "Signal at the last level that the noise model still describes.", "METHOD 7"),
     ("noise-model", "From the fitted noise model, every source of noise included.", "METHOD 7"),
     ("shot-only", "Photon shot noise alone.", "METHOD 7"),
     ("scene-referenced", "Sensor noise model with the measured flare added.", "METHOD 7"),

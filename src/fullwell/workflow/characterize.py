@@ -3,20 +3,21 @@
 import tempfile
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import replaced_folder
 from fullwell.findings import Finding
-from fullwell.frames.series import Exclusion, Kind, Series, Study
+from fullwell.frames.series import Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
-from fullwell.raw.image import Levels
 from fullwell.report.pictures import Pictures, ResponsePicture
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
+from fullwell.workflow.chart import ChartOutcome, measure_chart_folders, pictures_of
+from fullwell.workflow.description import describe
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.iso_maps import write_iso_maps
@@ -106,10 +107,10 @@ def measure(
     """
     study = load_study(path, options.selection)
     measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
-    if not measured.series:
+    if not measured.series and not any(one.kind is Kind.CHART for one in study.series):
         raise UsageError(
-            f"{path} holds no flat, dark or bias frames to measure; name the folders flat, dark and bias, or write a "
-            "study.toml with `fullwell index`"
+            f"{path} holds no flat, dark, bias or chart frames to measure; name the folders flat, dark, bias and "
+            "chart, or write a study.toml with `fullwell index`"
         )
     tile = options.tile or default_tile(study)
     beside = None if folder is None else folder.parent
@@ -148,6 +149,7 @@ def _measured(
     rows = [row for one in isos for row in one.section.rows]
     shadings = [shading for one in isos for shading in one.shadings]
     differences_section, differences = measure_shading_differences(shadings, workers=options.workers)
+    charts = measure_chart_folders(study, rows, options=options, progress=progress)
     published = measure_published_study(study, isos, options=options, folder=folder, progress=progress)
     across = joined(
         (
@@ -155,6 +157,7 @@ def _measured(
             measure_iso_constancy([IsoPattern(bursts=one.bursts, channels=one.patterns) for one in isos], rows),
             differences_section,
             published.section,
+            charts.section,
         )
     )
     findings = (*over_isos((one.bursts, one.section) for one in isos), *across.findings)
@@ -167,7 +170,8 @@ def _measured(
             shading_differences=difference_pictures(differences),
             responses=tuple(responses),
         )
-    results = _results(study, options, tile, reduction, section)
+        pictures = replace(pictures, charts=pictures_of(study, charts))
+    results = _results(study, reduction, charts, section, settings=_settings(options, tile))
     return Measurement(results=results, groups=groups, pictures=pictures)
 
 
@@ -180,11 +184,17 @@ def default_tile(study: Study) -> int:
     return max(SMALLEST_TILE, min(LARGEST_TILE, shorter // 8))
 
 
-def _results(study: Study, options: Options, tile: int, reduction: Reduction, section: Section) -> Results:
+def _results(
+    study: Study, reduction: Reduction, charts: ChartOutcome, section: Section, *, settings: Mapping[str, object]
+) -> Results:
     unfit = bit_depth_findings(study, reduction.statistics.values())
     findings = (*study.findings, *reduction.findings, *unfit, *section.findings)
+    hashes, excluded = dict(reduction.hashes), list(reduction.excluded)
+    for reading in charts.readings:
+        hashes |= reading.hashes
+        excluded += reading.excluded
     return Results(
-        study=_describe(study, options, tile, reduction),
+        study=describe(study, settings=settings, hashes=hashes, excluded=excluded),
         rows=section.rows,
         findings=tuple(sorted(findings, key=_finding_order)),
         curves=section.curves,
@@ -193,36 +203,6 @@ def _results(study: Study, options: Options, tile: int, reduction: Reduction, se
 
 def _finding_order(finding: Finding) -> tuple[int, str]:
     return (finding.severity.rank, finding.code)
-
-
-def _describe(study: Study, options: Options, tile: int, reduction: Reduction) -> Mapping[str, object]:
-    excluded = sorted((*study.excluded, *reduction.excluded), key=lambda one: one.name)
-    gone = {one.name for one in reduction.excluded}
-    return {
-        "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
-        "width": study.width,
-        "height": study.height,
-        "cfa": study.cfa,
-        "bit_depth": study.bit_depth,
-        "black_level": _describe_levels(study.black_level),
-        "white_level": _describe_levels(study.white_level),
-        "settings": _settings(options, tile),
-        "series": [_describe_series(series, gone) for series in study.series],
-        "files": [
-            _describe_file(series, index, reduction.hashes)
-            for series in study.series
-            for index in range(len(series.frames))
-        ],
-        "excluded": [_describe_exclusion(one) for one in excluded],
-    }
-
-
-def _describe_exclusion(exclusion: Exclusion) -> Mapping[str, object]:
-    return {"path": exclusion.name, "code": exclusion.code, "reason": exclusion.reason}
-
-
-def _describe_levels(levels: Levels | None) -> Mapping[str, object] | None:
-    return None if levels is None else {"values": list(levels.values), "source": levels.source, "tag": levels.tag}
 
 
 def _settings(options: Options, tile: int) -> Mapping[str, object]:
@@ -237,28 +217,4 @@ def _settings(options: Options, tile: int) -> Mapping[str, object]:
         "tile": tile,
         "crop": None if selection.crop is None else list(selection.crop),
         "legacy_black": "subtracted" if options.legacy_black_subtracted else "kept",
-    }
-
-
-def _describe_series(series: Series, gone: set[str]) -> Mapping[str, object]:
-    return {
-        "kind": series.kind.value,
-        "iso": series.iso,
-        "exposure_s": series.exposure_s,
-        "temperature_c": series.temperature_c,
-        "frames": sum(frame.name not in gone for frame in series.frames),
-    }
-
-
-def _describe_file(series: Series, index: int, hashes: Mapping[str, str]) -> Mapping[str, object]:
-    frame = series.frames[index]
-    return {
-        "path": frame.name,
-        "size": frame.size,
-        "xxh3_128": hashes.get(frame.name),
-        "kind": series.kind.value,
-        "iso": series.iso,
-        "exposure_s": series.exposure_s,
-        "black_level": _describe_levels(frame.header.black_level),
-        "white_level": _describe_levels(frame.header.white_level),
     }

@@ -15,12 +15,12 @@ from fullwell.frames.images import load_images
 from fullwell.frames.series import Frame, Kind, Series, Study
 from fullwell.glossary import RECOMMENDED
 from fullwell.raw.cfa import ALL, cell
-from fullwell.raw.image import Levels
 from fullwell.report.pictures import ChartPicture, Pictures
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.chart_patches import WhereAbouts, located_finding, place, place_unasked
 from fullwell.workflow.chart_pictures import chart_pictures, rendered_points
 from fullwell.workflow.chart_reading import ChartReading, Placed, read_shots
+from fullwell.workflow.description import describe
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.chart.chart import BlackChoice, ChartMeasurement, measure_shots
 from fullwell.workflow.measure.levels import DARK_FRAMES
@@ -262,44 +262,18 @@ def _refuse_to_replace(study: Study, out: Path) -> None:
 
 
 def _describe(study: Study, options: Options, asked: ChartOptions, outcome: ChartOutcome) -> Mapping[str, object]:
-    hashes = {name: digest for reading in outcome.readings for name, digest in reading.hashes.items()}
-    excluded = [*study.excluded, *(one for reading in outcome.readings for one in reading.excluded)]
-    gone = {one.name for one in excluded}
-    return {
-        "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
-        "width": study.width,
-        "height": study.height,
-        "cfa": study.cfa,
-        "bit_depth": study.bit_depth,
-        "black_level": _describe_levels(study.black_level),
-        "white_level": _describe_levels(study.white_level),
-        "settings": _settings(options, asked, outcome),
-        "patches": [
+    return describe(
+        study,
+        settings=_settings(options, asked, outcome),
+        hashes={name: digest for reading in outcome.readings for name, digest in reading.hashes.items()},
+        excluded=[one for reading in outcome.readings for one in reading.excluded],
+        patches=[
             {"scene": scene.name, **asdict(patch)}
             for measurement in outcome.measurements
             for scene in measurement.shots.scenes
             for patch in scene.patches
         ],
-        "files": [
-            {
-                "path": frame.name,
-                "size": frame.size,
-                "xxh3_128": hashes.get(frame.name),
-                "kind": series.kind.value,
-                "iso": series.iso,
-                "exposure_s": series.exposure_s,
-                "black_level": _describe_levels(frame.header.black_level),
-                "white_level": _describe_levels(frame.header.white_level),
-            }
-            for series in study.series
-            for frame in series.frames
-            if frame.name not in gone
-        ],
-        "excluded": [
-            {"path": one.name, "code": one.code, "reason": one.reason}
-            for one in sorted(excluded, key=lambda one: one.name)
-        ],
-    }
+    )
 
 
 def _settings(options: Options, asked: ChartOptions, outcome: ChartOutcome) -> Mapping[str, object]:
@@ -320,7 +294,3 @@ def _settings(options: Options, asked: ChartOptions, outcome: ChartOutcome) -> M
         "digital_maximum_dn": maxima[0] if maxima else None,
         "digital_maximum_is": "white level",
     }
-
-
-def _describe_levels(levels: Levels | None) -> Mapping[str, object] | None:
-    return None if levels is None else {"values": list(levels.values), "source": levels.source, "tag": levels.tag}

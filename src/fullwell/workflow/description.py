@@ -1,0 +1,76 @@
+"""What results.json says under ``study``: what was read, its content hashes, and what was left out (RESULTS 2)."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+
+from fullwell.frames.series import Exclusion, Frame, Series, Study
+from fullwell.raw.image import Levels
+
+
+def describe(
+    study: Study,
+    *,
+    settings: Mapping[str, object],
+    hashes: Mapping[str, str],
+    excluded: Iterable[Exclusion],
+    **more: object,
+) -> Mapping[str, object]:
+    """Return the description of a study.
+
+    Parameters
+    ----------
+    study
+        What was indexed.
+    settings
+        What changes numbers.
+    hashes
+        xxh3-128 of every file that was read, by frame name.
+    excluded
+        Frames left out after indexing.
+    **more
+        Entries of their own.
+
+    """
+    gone = {one.name for one in excluded}
+    every = sorted((*study.excluded, *excluded), key=lambda one: one.name)
+    return {
+        "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
+        "width": study.width,
+        "height": study.height,
+        "cfa": study.cfa,
+        "bit_depth": study.bit_depth,
+        "black_level": _levels(study.black_level),
+        "white_level": _levels(study.white_level),
+        "settings": settings,
+        **more,
+        "series": [_series(series, gone) for series in study.series],
+        "files": [_file(series, frame, hashes) for series in study.series for frame in series.frames],
+        "excluded": [{"path": one.name, "code": one.code, "reason": one.reason} for one in every],
+    }
+
+
+def _levels(levels: Levels | None) -> Mapping[str, object] | None:
+    return None if levels is None else {"values": list(levels.values), "source": levels.source, "tag": levels.tag}
+
+
+def _series(series: Series, gone: set[str]) -> Mapping[str, object]:
+    return {
+        "kind": series.kind.value,
+        "iso": series.iso,
+        "exposure_s": series.exposure_s,
+        "temperature_c": series.temperature_c,
+        "frames": sum(frame.name not in gone for frame in series.frames),
+    }
+
+
+def _file(series: Series, frame: Frame, hashes: Mapping[str, str]) -> Mapping[str, object]:
+    return {
+        "path": frame.name,
+        "size": frame.size,
+        "xxh3_128": hashes.get(frame.name),
+        "kind": series.kind.value,
+        "iso": series.iso,
+        "exposure_s": series.exposure_s,
+        "black_level": _levels(frame.header.black_level),
+        "white_level": _levels(frame.header.white_level),
+    }

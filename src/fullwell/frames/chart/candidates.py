@@ -27,8 +27,11 @@ _CONTRAST: Final = 0.8
 """Error of the logarithm of two patches' ratio of light that colour and illumination may make."""
 _PERSPECTIVE: Final = 2.5
 """Ratio of opposite edges of a chart at most."""
-_KEPT: Final = 160
+_KEPT: Final = 80
 """Similarities that grow."""
+_LEAST: Final = 3.0
+_HOPELESS: Final = 0.4
+"""Score below which a similarity does not grow: in patches, and as a share of the best one's."""
 _FEWEST: Final = 0.2
 """Share of the patches that meet an area at least, for a place to be one."""
 _BATCH: Final = 20_000
@@ -85,11 +88,12 @@ def candidates(areas: Areas, definition: ChartDefinition, *, shape: tuple[int, .
         return []
     slopes, offsets, scores, size = _similarities(areas, plan, shape=shape, grey=not definition.coloured)
     best = np.argsort(-scores, kind="stable")
+    least = max(_LEAST, _HOPELESS * float(scores.max(initial=0.0)))
     grown: dict[bytes, tuple[float, Candidate]] = {}
     taken: set[tuple[int, ...]] = set()
     for one in best:
         key = _rounded(complex(slopes[one]), complex(offsets[one]), plan)
-        if scores[one] < 3.0 or len(taken) >= _KEPT:
+        if scores[one] < least or len(taken) >= _KEPT:
             break
         if key in taken:
             continue

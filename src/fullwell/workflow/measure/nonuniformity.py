@@ -6,17 +6,61 @@ from dataclasses import dataclass
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.nonuniformity import Nonuniformity, dark_nonuniformity, nonuniformity
-from fullwell.fit.pooling import equal_mean, pool_channels
+from fullwell.fit.pooling import SIGNIFICANCE, equal_mean, pool_channels
 from fullwell.statistics.pattern import SMALLEST_SIDE, pattern
-from fullwell.units import DN, DN2, ONE, PERCENT, Measured
+from fullwell.units import DN, DN2, ONE, PERCENT, PERCENT2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.pattern_maps import INTERCEPT, SLOPE, STACK, ChannelMaps, IsoMaps, floor_of
 from fullwell.workflow.measure.rounding import rounding_flags
 from fullwell.workflow.measure.section import RowWriter, Section
 
-PERCENT2 = "%^2"
-PRNU_METHODS = ((STACK, "flat-dark-stack", "METHOD 5.1"), (SLOPE, "exposure-slope", "METHOD 5.2"))
 _PARTS = ("row", "column", "pixel")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapFigure:
+    """A figure that is read off a map.
+
+    Parameters
+    ----------
+    map_name
+        Of the map.
+    quantity, method, source
+        As in rows of results.
+    relative
+        Whether the pattern is relative to the map's surface, shown in %; else in DN.
+
+    """
+
+    map_name: str
+    quantity: str
+    method: str
+    source: str
+    relative: bool
+
+    @property
+    def variance_unit(self) -> str:
+        """The unit of the map's variance."""
+        return ONE if self.relative else DN2
+
+    @property
+    def unit(self) -> str:
+        """The unit it is shown in."""
+        return PERCENT if self.relative else DN
+
+    def shown(self, variance: Measured) -> Measured:
+        """Return a variance in the squared unit it is shown in."""
+        return variance.scaled(1e4, PERCENT2) if self.relative else variance
+
+
+PRNU_FIGURES = (
+    MapFigure(map_name=STACK, quantity="prnu", method="flat-dark-stack", source="METHOD 5.1", relative=True),
+    MapFigure(map_name=SLOPE, quantity="prnu", method="exposure-slope", source="METHOD 5.2", relative=True),
+)
+"""The better one first."""
+DSNU_FIGURE = MapFigure(
+    map_name=INTERCEPT, quantity="dsnu", method="exposure-intercept", source="METHOD 5.2", relative=False
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,42 +77,32 @@ def measure_nonuniformity(bursts: IsoBursts, maps: IsoMaps) -> tuple[Section, tu
     rows: list[Row] = []
     patterns: list[ChannelPattern] = []
     for one in maps.channels:
-        found = {name: _prnu(one, name) for name, _, _ in PRNU_METHODS if name in one.maps}
-        prnu = {name: measured for name, measured in found.items() if measured is not None}
+        found = ((figure, _of_map(one, figure)) for figure in PRNU_FIGURES)
+        prnu = [(figure, measured) for figure, measured in found if measured is not None]
         dsnu = _dark_stack(bursts, one.channel)
-        intercept = _intercept(one)
-        for name, method, source in PRNU_METHODS:
-            if name in prnu:
-                first = name == next(iter(prnu))
-                rows += _prnu_rows(bursts, one, prnu[name], method=method, source=source, recommended=first)
+        intercept = _of_map(one, DSNU_FIGURE)
+        for index, (figure, measured) in enumerate(prnu):
+            rows += _map_rows(bursts, one, figure, measured, recommended=index == 0)
         rows += _dark_rows(bursts, one.channel, dsnu)
         if intercept is not None:
-            rows += _intercept_rows(bursts, one, intercept, recommended=dsnu is None)
-        chosen = next(iter(prnu.values()), None)
+            rows += _map_rows(bursts, one, DSNU_FIGURE, intercept, recommended=dsnu is None)
+        chosen = prnu[0][1] if prnu else None
         patterns.append(ChannelPattern(channel=one.channel, prnu=chosen, dsnu=dsnu or intercept))
     rows += _pooled(bursts, rows)
     return Section(rows=tuple(rows), findings=_findings(bursts, maps, rows)), tuple(patterns)
 
 
-def _prnu(maps: ChannelMaps, name: str) -> Nonuniformity | None:
-    return _measured(maps, name, relative=True, unit=ONE)
-
-
-def _intercept(maps: ChannelMaps) -> Nonuniformity | None:
-    return _measured(maps, INTERCEPT, relative=False, unit=DN2) if INTERCEPT in maps.maps else None
-
-
-def _measured(maps: ChannelMaps, name: str, *, relative: bool, unit: str) -> Nonuniformity | None:
-    """Return the fixed pattern of a map, None where no tile is large and light enough."""
+def _of_map(maps: ChannelMaps, figure: MapFigure) -> Nonuniformity | None:
+    """Return the fixed pattern of a map, None where there is no map or no tile of it is large and light enough."""
+    if figure.map_name not in maps.maps:
+        return None
+    found = pattern(maps.maps[figure.map_name], tile=maps.tile, relative=figure.relative, use=maps.tiles)
     try:
-        found = pattern(maps.maps[name], tile=_tile(maps), relative=relative, use=maps.tiles)
-        return nonuniformity(found, floor_of(maps.combinations[name], maps.channel), unit=unit)
+        return nonuniformity(
+            found, floor_of(maps.combinations[figure.map_name], maps.channel), unit=figure.variance_unit
+        )
     except ValueError:
         return None
-
-
-def _tile(maps: ChannelMaps) -> int:
-    return maps.flats[0].plane(maps.channel).tiles.size
 
 
 def darkest_burst(bursts: IsoBursts) -> Burst | None:
@@ -85,21 +119,19 @@ def _dark_stack(bursts: IsoBursts, channel: str) -> Nonuniformity | None:
     return dark_nonuniformity(plane.mean_squares, plane.shape, tiles=plane.tiles)
 
 
-def _prnu_rows(
-    bursts: IsoBursts, maps: ChannelMaps, found: Nonuniformity, *, method: str, source: str, recommended: bool
+def _map_rows(
+    bursts: IsoBursts, maps: ChannelMaps, figure: MapFigure, found: Nonuniformity, *, recommended: bool
 ) -> tuple[Row, ...]:
-    n = sum(burst.frames * burst.plane(maps.channel).n for burst in maps.flats)
-    flags = ("model-misfit",) if found.misfit else ()
     return _written(
         bursts,
-        "prnu",
+        figure.quantity,
         maps.channel,
-        method,
-        _in(found, 1e4, PERCENT2),
-        unit=PERCENT,
-        source=source,
-        n=n,
-        flags=flags,
+        figure.method,
+        [figure.shown(one) for one in _whole_and_parts(found)],
+        unit=figure.unit,
+        source=figure.source,
+        n=sum(burst.frames * burst.plane(maps.channel).n for burst in maps.flats),
+        flags=("model-misfit",) if found.misfit else (),
         recommended=recommended,
     )
 
@@ -110,13 +142,12 @@ def _dark_rows(bursts: IsoBursts, channel: str, found: Nonuniformity | None) -> 
         return ()
     n = burst.plane(channel).n * burst.frames
     flags = rounding_flags(bursts, [channel])
-    parts = _in(found, 1.0, DN2)
     whole = _written(
         bursts,
         "dsnu",
         channel,
         "dark-stack",
-        parts,
+        _whole_and_parts(found),
         unit=DN,
         source="METHOD 5.1",
         n=n,
@@ -146,28 +177,9 @@ def _per_exposure(bursts: IsoBursts, channel: str, shortest: Burst) -> Iterable[
             )
 
 
-def _intercept_rows(
-    bursts: IsoBursts, maps: ChannelMaps, found: Nonuniformity, *, recommended: bool
-) -> tuple[Row, ...]:
-    n = sum(burst.frames * burst.plane(maps.channel).n for burst in maps.flats)
-    flags = ("model-misfit",) if found.misfit else ()
-    return _written(
-        bursts,
-        "dsnu",
-        maps.channel,
-        "exposure-intercept",
-        _in(found, 1.0, DN2),
-        unit=DN,
-        source="METHOD 5.2",
-        n=n,
-        flags=flags,
-        recommended=recommended,
-    )
-
-
-def _in(found: Nonuniformity, factor: float, unit: str) -> tuple[Measured, ...]:
-    """Return the whole and its row, column and pixel parts in another unit."""
-    return tuple(one.scaled(factor, unit) for one in (found.total, found.row, found.column, found.pixel))
+def _whole_and_parts(found: Nonuniformity) -> tuple[Measured, ...]:
+    """Return the variance of a pixel, then its row, column and pixel parts."""
+    return (found.total, found.row, found.column, found.pixel)
 
 
 def _written(
@@ -213,7 +225,7 @@ def _pooled(bursts: IsoBursts, rows: Sequence[Row]) -> tuple[Row, ...]:
             PERCENT if own[0].measured.unit == PERCENT2 else DN,
             source=own[0].source,
             n=sum(row.n or 0 for row in own),
-            flags=flags | ({"channels-differ"} if p_value < 0.01 else set[str]()),
+            flags=flags | ({"channels-differ"} if p_value < SIGNIFICANCE else set[str]()),
         )
     return tuple(pooled)
 
@@ -228,8 +240,8 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
             "above black everywhere; take larger tiles (--tile) or brighter flats"
         )
         findings.append(Finding(code="pattern-not-measured", severity=Severity.WARNING, message=message))
-    taken = {id(burst) for one in maps.channels for burst in one.flats}
-    left_out = [burst for burst in bursts.flats if burst.frames > 1 and id(burst) not in taken]
+    taken = {burst.series.key for one in maps.channels for burst in one.flats}
+    left_out = [burst for burst in bursts.flats if burst.frames > 1 and burst.series.key not in taken]
     if left_out:
         exposures = ", ".join(f"{burst.exposure_s:g}" for burst in left_out)
         message = (

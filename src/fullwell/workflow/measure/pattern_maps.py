@@ -74,6 +74,11 @@ class ChannelMaps:
     combinations: Mapping[str, Combination]
     maps: Mapping[str, NDArray[np.float32]]
 
+    @property
+    def tile(self) -> int:
+        """Edge of a tile [pixel of the plane]; there have to be flats."""
+        return self.flats[0].plane(self.channel).tiles.size
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IsoMaps:

@@ -1,7 +1,7 @@
 """DSNU and PRNU in sixteen tiles of the central crop, pooled as variances (METHOD 5.5)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,40 +12,14 @@ from fullwell.fit.noise_floor import NoiseFloor
 from fullwell.fit.nonuniformity import nonuniformity
 from fullwell.fit.pooling import SIGNIFICANCE, equal_mean
 from fullwell.statistics.pattern import pattern
-from fullwell.units import DN, DN2, ONE, PERCENT, Measured, square_root
+from fullwell.units import PERCENT, Measured, square_root
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.nonuniformity import PERCENT2, PRNU_METHODS
-from fullwell.workflow.measure.pattern_maps import INTERCEPT, ChannelMaps, IsoMaps, floor_of
+from fullwell.workflow.measure.nonuniformity import DSNU_FIGURE, PRNU_FIGURES, MapFigure
+from fullwell.workflow.measure.pattern_maps import ChannelMaps, IsoMaps, floor_of
 from fullwell.workflow.measure.regions import Region, central_crop, central_tiles
 from fullwell.workflow.measure.section import RowWriter, Section
 
 SMALLEST_EDGE = 8
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Asked:
-    """What is asked of every tile: one quantity from one map."""
-
-    quantity: str
-    method: str
-    source: str
-    map_name: str
-    relative: bool
-    unit: str
-    variance_unit: str
-    factor: float
-
-
-_DSNU = _Asked(
-    quantity="dsnu",
-    method="exposure-intercept",
-    source="METHOD 5.2, 5.5",
-    map_name=INTERCEPT,
-    relative=False,
-    unit=DN,
-    variance_unit=DN2,
-    factor=1.0,
-)
 
 
 def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, *, width: int, height: int) -> Section:
@@ -68,45 +42,40 @@ def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, *, width: int, heigh
     curves: list[Curve] = []
     uneven: list[str] = []
     for one in maps.channels:
-        for asked in (_asked_prnu(one), _DSNU):
-            if asked is None or asked.map_name not in one.maps:
+        for figure in (_best_prnu(one), DSNU_FIGURE):
+            if figure is None or figure.map_name not in one.maps:
                 continue
-            floor = floor_of(one.combinations[asked.map_name], one.channel)
-            variances = [_variance(one, asked, floor, region, cell) for region in regions]
+            variances = _variances(one, figure, regions, cell)
+            if variances is None:
+                continue
             same = constancy(variances)
-            rows += _rows(bursts, one.channel, asked, regions, variances, crop=crop)
-            if asked.quantity == "prnu":
+            rows += _rows(bursts, one.channel, figure, regions, variances, crop=crop)
+            if figure.relative:
                 curves.append(_curve(bursts, one.channel, regions, variances))
             if same.p_value < SIGNIFICANCE / len(maps.channels):
-                uneven.append(_told(one.channel, asked, same))
+                uneven.append(_told(one.channel, figure, same))
     return Section(rows=tuple(rows), curves=tuple(curves), findings=_findings(bursts, uneven))
 
 
-def _asked_prnu(maps: ChannelMaps) -> _Asked | None:
-    for name, method, source in PRNU_METHODS:
-        if name in maps.maps:
-            return _Asked(
-                quantity="prnu",
-                method=method,
-                source=f"{source}, 5.5",
-                map_name=name,
-                relative=True,
-                unit=PERCENT,
-                variance_unit=PERCENT2,
-                factor=1e4,
-            )
-    return None
+def _best_prnu(maps: ChannelMaps) -> MapFigure | None:
+    return next((figure for figure in PRNU_FIGURES if figure.map_name in maps.maps), None)
 
 
-def _variance(maps: ChannelMaps, asked: _Asked, floor: NoiseFloor, region: Region, cell: int) -> Measured:
-    """Return the signed variance of one tile, in the squared unit it is shown in."""
-    piece = maps.maps[asked.map_name][region.plane(cell)]
-    found = pattern(piece, tile=max(piece.shape), relative=asked.relative)
-    size = maps.flats[0].plane(maps.channel).tiles.size
-    unit = ONE if asked.relative else DN2
-    return nonuniformity(found, _local(floor, size * cell, region), unit=unit).total.scaled(
-        asked.factor, asked.variance_unit
-    )
+def _variances(
+    maps: ChannelMaps, figure: MapFigure, regions: Sequence[Region], cell: int
+) -> tuple[Measured, ...] | None:
+    """Return the signed variance of every tile in the squared unit it is shown in; None where one shows no light."""
+    floor = floor_of(maps.combinations[figure.map_name], maps.channel)
+    found: list[Measured] = []
+    for region in regions:
+        piece = maps.maps[figure.map_name][region.plane(cell)]
+        own = pattern(piece, tile=max(piece.shape), relative=figure.relative)
+        try:
+            here = nonuniformity(own, _local(floor, maps.tile * cell, region), unit=figure.variance_unit)
+        except ValueError:
+            return None
+        found.append(figure.shown(here.total))
+    return tuple(found)
 
 
 def _local(floor: NoiseFloor, tile: int, region: Region) -> NoiseFloor:
@@ -121,7 +90,7 @@ def _local(floor: NoiseFloor, tile: int, region: Region) -> NoiseFloor:
 def _rows(
     bursts: IsoBursts,
     channel: str,
-    asked: _Asked,
+    figure: MapFigure,
     regions: Sequence[Region],
     variances: Sequence[Measured],
     *,
@@ -131,12 +100,12 @@ def _rows(
     pooled = equal_mean(variances)
     for place, variance in ((crop, pooled), *zip(regions, variances, strict=True)):
         yield from write(
-            asked.quantity,
+            figure.quantity,
             channel,
-            asked.method,
+            figure.method,
             variance,
-            asked.unit,
-            source=asked.source,
+            figure.unit,
+            source=f"{figure.source}, 5.5",
             region=str(place),
             recommended=False,
         )
@@ -160,8 +129,8 @@ def _curve(bursts: IsoBursts, channel: str, regions: Sequence[Region], variances
     )
 
 
-def _told(channel: str, asked: _Asked, same: Constancy) -> str:
-    return f"{asked.quantity.upper()} of {channel} (p = {same.p_value:.2g})"
+def _told(channel: str, figure: MapFigure, same: Constancy) -> str:
+    return f"{figure.quantity.upper()} of {channel} (p = {same.p_value:.2g})"
 
 
 def _findings(bursts: IsoBursts, uneven: Sequence[str]) -> tuple[Finding, ...]:

@@ -28,12 +28,16 @@ def write_patches(path: Path) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-@pytest.fixture(scope="module")
-def results(shared_data: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory) -> dict:
+@pytest.fixture(scope="module", params=["patches", "colorchecker-passport", "colorchecker-classic"])
+def results(
+    request: pytest.FixtureRequest, shared_data: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory
+) -> dict:
     folder = tmp_path_factory.mktemp("colorchecker")
     write_patches(folder / "patches.csv")
     image = shared_data("colorchecker-550d/colorchart.dng")
-    command = [sys.executable, "-m", "fullwell", "chart", str(image), "--patches", str(folder / "patches.csv")]
+    given = request.param == "patches"
+    where = ["--patches", str(folder / "patches.csv")] if given else ["--chart", request.param]
+    command = [sys.executable, "-m", "fullwell", "chart", str(image), *where]
     done = subprocess.run([*command, "-o", str(folder / "out"), "--quiet"], check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return json.loads((folder / "out" / "results.json").read_text())

@@ -18,7 +18,7 @@ from fullwell.frames.chart.strip import along_edges
 
 CONFIDENCE: Final = 0.5
 """Below it a location is refused."""
-INSET: Final = 0.2
+INSET: Final = 0.17
 """Share of a patch's edges that is left out on each side."""
 _SIZES: Final = (700, 1400, 350)
 """Longer edges of the previews that are searched, one after the other until the chart is found [pixel]."""

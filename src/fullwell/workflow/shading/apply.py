@@ -1,5 +1,6 @@
 """``fullwell shading apply``: scenes without their shading, as raw files and as pictures to look at."""
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.maps import ShadingMapFile
 from fullwell.workflow.options import Options
 from fullwell.workflow.shading.correction import Corrected, corrected, gain_maps
-from fullwell.workflow.shading.folder import ShadingOutcome, now_s, shading_folder, write_document
+from fullwell.workflow.shading.folder import ShadingOutcome, shading_folder, write_document
 from fullwell.workflow.shading.placement import Geometry, Placement, place
 from fullwell.workflow.shading.saved import saved_maps, suitable_map
 from fullwell.workflow.shading.scenes import Scene, read_scenes, scene_files
@@ -70,7 +71,7 @@ def apply_shading(
         Where no scene can be corrected, or ``out`` must not be replaced.
 
     """
-    started = now_s()
+    started = time.monotonic()
     maps = saved_maps(shading)
     files = scene_files(scenes)
     with shading_folder(out, shading, *files) as folder:

@@ -3,6 +3,7 @@
 import base64
 import csv
 import io
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,6 @@ from fullwell.workflow.shading.fit import measure_study
 from fullwell.workflow.shading.folder import (
     ShadingOutcome,
     check_shading_target,
-    now_s,
     shading_folder,
     write_document,
 )
@@ -71,7 +71,7 @@ def compare_maps(
         Where there are not two maps, they do not fit each other, or ``out`` must not be replaced.
 
     """
-    started = now_s()
+    started = time.monotonic()
     check_shading_target(out, *paths)
     maps, findings = _gathered(paths, options=options, progress=progress)
     if len(maps) < 2:

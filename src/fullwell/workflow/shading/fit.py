@@ -1,6 +1,7 @@
 """``fullwell shading fit``: a map per flat burst, and every model's coefficients with their errors."""
 
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Final
 from fullwell.errors import UsageError
 from fullwell.figures.results import Row
 from fullwell.findings import Finding
+from fullwell.fit.shading.extent import optical_axis
 from fullwell.fit.shading.surface import ShadingModel
 from fullwell.frames.series import Kind, Study
 from fullwell.frames.study import load_study
@@ -27,7 +29,6 @@ from fullwell.workflow.shading.coefficients import coefficients_csv
 from fullwell.workflow.shading.folder import (
     ShadingOutcome,
     check_shading_target,
-    now_s,
     shading_folder,
     write_document,
 )
@@ -81,7 +82,7 @@ def fit_maps(path: Path, out: Path, *, options: Options, progress: Progress | No
         Where no shading can be fitted, or ``out`` must not be replaced.
 
     """
-    started = now_s()
+    started = time.monotonic()
     check_shading_target(out, path)
     measured = measure_study(path, options=options, progress=progress)
     with shading_folder(out, path) as folder:
@@ -172,8 +173,18 @@ def _model(model: ShadingModel, rows: Sequence[Row]) -> Mapping[str, object]:
         "cross_validation": model.gcv,
         "cross_validation_error": model.gcv_error,
         "misfit": model.misfit,
+        "optical_axis": _axis(model),
         **{row.quantity.removeprefix("shading_"): _number(row.measured) for row in rows},
     }
+
+
+def _axis(model: ShadingModel) -> Mapping[str, object] | None:
+    """Return where the axis of the lens meets the plane, and the focal length; None of models that know no axis."""
+    axis = optical_axis(model)
+    if axis is None:
+        return None
+    focal = None if axis.focal_length is None else _number(axis.focal_length)
+    return {"row": _number(axis.row), "column": _number(axis.column), "focal_length": focal}
 
 
 def _number(measured: Measured) -> Mapping[str, object]:

@@ -1,7 +1,6 @@
 """The folder a shading command writes: whole or not at all, and only in place of a folder of its own."""
 
 import json
-import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -132,11 +131,6 @@ def write_document(
     text = json.dumps(ready, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     (folder / DOCUMENT).write_text(text, encoding="utf-8", newline="\n")
     return ready
-
-
-def now_s() -> float:
-    """Return the monotonic clock [s]."""
-    return time.monotonic()
 
 
 def _files(folder: Path) -> set[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
+from fullwell.fit.goodness import MISFIT_SIZE
 from fullwell.fit.shading.data import ShadingData
 from fullwell.fit.shading.polynomial import fit_polynomial
 from fullwell.fit.shading.projection import fit_cosine, fit_radial
@@ -21,8 +22,6 @@ from fullwell.model.shading import CosineSurface, RadialSurface, Surface, Tensor
 
 MODELS: Final = ("cos4-fixed", "cos4", "poly22", "radial", "poly44", "poly66", "poly88", "p-spline")
 """All models, from few terms to many."""
-_BEYOND: Final = 0.01
-"""Chance below which a misfit is not chance."""
 _NOTABLE: Final = 1.1
 """Factor on the errors from which a misfit is worth a flag."""
 
@@ -215,4 +214,4 @@ def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
 
 def _beyond_chance(chi_square: float, dof: float) -> float:
     """Return chi-square over its degrees of freedom where that is beyond its 99 % point, else 1."""
-    return chi_square / dof if dof > 0.0 and chdtrc(dof, max(chi_square, 0.0)) < _BEYOND else 1.0
+    return chi_square / dof if dof > 0.0 and chdtrc(dof, max(chi_square, 0.0)) < MISFIT_SIZE else 1.0

@@ -42,6 +42,11 @@ class Burst:
         """Return the number of frames that were used."""
         return len(self.statistics.frames)
 
+    @property
+    def cell(self) -> int:
+        """Return the period of the mosaic [pixel]."""
+        return _cell(len(self.statistics.planes))
+
     def plane(self, channel: str) -> PlaneStatistics:
         """Return the statistics of one channel."""
         return next(plane for plane in self.statistics.planes if plane.channel == channel)
@@ -58,9 +63,8 @@ class Burst:
         if self.sums is None:
             raise ValueError("the sums of this burst were not kept")
         names = [plane.channel for plane in self.statistics.planes]
-        step = 1 if len(names) == 1 else 2
-        row, column = divmod(names.index(channel), step)
-        return self.sums[row::step, column::step]
+        row, column = divmod(names.index(channel), self.cell)
+        return self.sums[row :: self.cell, column :: self.cell]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +78,11 @@ class IsoBursts:
     darks: tuple[Burst, ...]
     biases: tuple[Burst, ...]
     black_clipped: tuple[str, ...] = ()
+
+    @property
+    def cell(self) -> int:
+        """Return the period of the mosaic [pixel]."""
+        return _cell(len(self.channels))
 
     @property
     def unlit(self) -> tuple[Burst, ...]:
@@ -126,6 +135,10 @@ def group_by_iso(
                 )
             )
     return tuple(groups)
+
+
+def _cell(sites: int) -> int:
+    return 1 if sites == 1 else 2
 
 
 def _mean_temperature(series: Iterable[Series]) -> float | None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
 from fullwell.fit.photon_transfer import fit_burst_photon_transfer
-from fullwell.fit.pooling import mean_sharing_errors, pool_channels
+from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channels
 from fullwell.units import ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
@@ -175,6 +175,6 @@ def _pooled(
     flags = _flags(
         misfit=any(one.misfit for one in models),
         identified=all(one.black_identified for one in levels),
-        differ=[name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < 0.01],
+        differ=[name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < SIGNIFICANCE],
     )
     return _rows(bursts, "all", [measured for measured, _ in pooled], n=sum(one.n for one in models), flags=flags)

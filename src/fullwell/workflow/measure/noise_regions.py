@@ -35,11 +35,10 @@ def measure_noise_regions(bursts: IsoBursts) -> Section:
     burst = choose_burst(bursts)
     if burst is None:
         return Section()
-    cell = 1 if len(burst.statistics.planes) == 1 else 2
     curves: list[Curve] = []
     differing: list[str] = []
     for plane in burst.statistics.planes:
-        found = _regions(plane, cell)
+        found = _regions(plane, bursts.cell)
         if plane.channel in bursts.black_clipped or not found:
             continue
         inflation = _inflation(plane)

@@ -136,15 +136,14 @@ def make_maps(
         coefficients = np.array(
             [[[_coefficient(one.get(name), burst) for one in found] for burst in used] for name in names]
         )
-        cell = 1 if len(levels) == 1 else 2
-        mosaics = dict(zip(names, combine(sums, coefficients, cell=cell, workers=workers), strict=True))
+        mosaics = dict(zip(names, combine(sums, coefficients, cell=bursts.cell, workers=workers), strict=True))
     channels = tuple(
         ChannelMaps(
             channel=level.channel,
             flats=own,
             tiles=_tiles(own, level),
             combinations=combinations,
-            maps={name: _plane(mosaics[name], site, len(levels)) for name in combinations},
+            maps={name: _plane(mosaics[name], site, bursts.cell) for name in combinations},
         )
         for site, (level, own, combinations) in enumerate(zip(levels, flats, found, strict=True))
     )
@@ -214,7 +213,6 @@ def _tiles(flats: Sequence[Burst], level: ChannelLevels) -> NDArray[np.bool_]:
     return np.logical_and.reduce([admitted_tiles(burst.plane(level.channel), level.white_dn) for burst in flats])
 
 
-def _plane(mosaic: NDArray[np.float32], site: int, sites: int) -> NDArray[np.float32]:
-    step = 1 if sites == 1 else 2
-    row, column = divmod(site, step)
-    return mosaic[row::step, column::step]
+def _plane(mosaic: NDArray[np.float32], site: int, cell: int) -> NDArray[np.float32]:
+    row, column = divmod(site, cell)
+    return mosaic[row::cell, column::cell]

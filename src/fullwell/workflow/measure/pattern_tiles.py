@@ -33,7 +33,7 @@ def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, *, width: int, heigh
         Of the visible mosaic [pixel].
 
     """
-    cell = 1 if len(maps.channels) == 1 else 2
+    cell = bursts.cell
     regions = central_tiles(width=width, height=height)
     if regions[0].width // cell < SMALLEST_EDGE:
         return Section()

@@ -130,7 +130,6 @@ def _fit(
     )
     if bins.saturated > MOST_SATURATED * bins.n.size:
         return "it comes too near to saturation"
-    step = 1 if len(burst.statistics.planes) == 1 else 2
     try:
         data = shading_data(
             bins,
@@ -140,7 +139,7 @@ def _fit(
             + size * (lines[0] * bins.columns.size + lines[1] * bins.rows.size),
             frames=plane.frames,
             prnu=prnu,
-            pitch_um=None if camera.pixel_pitch_um is None else step * camera.pixel_pitch_um,
+            pitch_um=None if camera.pixel_pitch_um is None else burst.cell * camera.pixel_pitch_um,
             focal_length_mm=camera.focal_length_mm,
         )
         fits = fit_shading(data)

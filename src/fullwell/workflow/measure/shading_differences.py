@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
+from fullwell.fit.pooling import SIGNIFICANCE
 from fullwell.fit.shading.comparison import ShadingDifference, compare_shading
 from fullwell.workflow.executor import in_threads
 from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.shading import BurstShading
 
-SIGNIFICANCE = 0.01
 NOTABLE = 1e-3
 """Relative difference, rms, below which a significant one is not worth a finding."""
 

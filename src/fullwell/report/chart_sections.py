@@ -30,6 +30,7 @@ from fullwell.report.chart_tables import (
     capacity_table,
     coefficient_facts,
     coefficients_table,
+    one_curve,
     range_table,
     range_words,
     ratio_facts,
@@ -84,7 +85,9 @@ def _noise_model(material: Material, rows: Sequence[Row]) -> Section:
         level = saturation_of(rows, at)
         saturation = level / leading.digital_maximum if level is not None and leading is not None else None
         return (
-            plots_chart.noise_curve(points, models, iso, coefficient_facts(rows, at)),
+            plots_chart.noise_curve(
+                points, models, iso, facts=coefficient_facts(rows, at), one_curve=one_curve(rows, at)
+            ),
             plots_chart.snr_curve(
                 points,
                 models,

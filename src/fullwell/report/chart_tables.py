@@ -34,6 +34,8 @@ _RANGES: Final = (
     ("Camera [EV]", ("camera_dynamic_range", "scene-referenced", STOP)),
     ("Read off patches, as published [dB]", ("dynamic_range", "legacy-patch", DECIBEL)),
 )
+_SENSOR: Final = "Sensor: from saturation down to where the signal-to-noise ratio reaches the level."
+_CAMERA: Final = "Camera: the same for the light of the scene, with the stray light of the lens on top."
 _PATCH: Final = "patch:"
 
 
@@ -54,11 +56,11 @@ def _figure(row: Row) -> tuple[object, ...]:
 
 
 def show_figure(row: Row) -> str:
-    """Return value and standard error of a row; the interval alone where no one value can be quoted."""
-    measured = row.measured
-    if "offset-not-identified" in row.flags and not row.method.startswith("legacy-") and measured.ci95 is not None:
-        return f"{show(measured, row.flags).partition(' ± ')[0]} (anything in {show_interval(measured)})"
-    return show(measured, row.flags)
+    """Return value and standard error of a row; the interval where no one value can be quoted."""
+    unknown = "offset-not-identified" in row.flags and row.quantity != "black_level"
+    if unknown and not row.method.startswith("legacy-") and row.measured.ci95 is not None:
+        return show_interval(row.measured)
+    return show(row.measured, row.flags)
 
 
 def black_level_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
@@ -116,6 +118,7 @@ def range_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
     isos = _isos(mine)
     present = {_kind(row) for row in mine}
     columns = [(title, kind) for title, kind in _RANGES if kind in present]
+    camera = any(quantity == "camera_dynamic_range" for quantity, _, _ in present)
     lines: list[tuple[str, ...]] = []
     for iso in isos:
         for threshold in sorted({row.snr_threshold or 1.0 for row in mine if row.iso == iso}):
@@ -127,10 +130,7 @@ def range_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
             title=f"Dynamic range at each quality level{_whose(mine)}",
             head=(*_iso_head(isos), "Quality level", "SNR", *(title for title, _ in columns)),
             lines=tuple(lines),
-            note=(
-                "Sensor: from saturation down to where the signal-to-noise ratio reaches the level. Camera: the same "
-                "for the light of the scene, with the stray light of the lens on top. " + _flag_note(mine)
-            ),
+            note=" ".join([_SENSOR, *([_CAMERA] if camera else []), _flag_note(mine)]),
         ),
     )
 
@@ -221,16 +221,14 @@ def _facts(
         mine = [row for row in rows if (row.quantity, row.measured.unit, row.method) == (quantity, unit, method)]
         row = next(iter(_of_leading([row for row in mine if row.iso == iso])), None)
         if row is not None:
-            facts.append((name, _short(row) + _UNITS[unit]))
+            facts.append((name, show_figure(row) + _UNITS[unit]))
     return tuple(facts)
 
 
-def _short(row: Row) -> str:
-    """Return a figure for a picture: an interval where the black level is not known, else the value with its error."""
-    interval = row.measured.ci95
-    if "offset-not-identified" in row.flags and interval is not None:
-        return show_interval(row.measured)
-    return show(row.measured, row.flags)
+def one_curve(rows: Sequence[Row], iso: float | None) -> bool:
+    """Tell whether the channels of one ISO share one noise model."""
+    shared = [row for row in rows if row.quantity in _COEFFICIENTS and row.channel == "all" and row.iso == iso]
+    return bool(shared) and not any("channels-differ" in row.flags for row in shared)
 
 
 def range_words(rows: Sequence[Row], iso: float | None) -> str:

@@ -44,6 +44,7 @@ from fullwell.report.plots_chart_model import (
 )
 
 _SIGNAL: Final = "Normalized signal above black  V = S / D"
+_ONE_CURVE: Final = "Noise depends on the raw value alone, so every colour lies on one curve. "
 _HEIGHT_IN: Final = 5.9
 _BROAD: Final = 5.5
 _FACT_LINE: Final = 13.5
@@ -55,7 +56,7 @@ Facts = Sequence[tuple[str, str]]
 """Names and values written into a picture."""
 
 
-def noise_curve(points: Table, models: Table, iso: Value, facts: Facts) -> Picture | None:
+def noise_curve(points: Table, models: Table, iso: Value, *, facts: Facts, one_curve: bool) -> Picture | None:
     """Draw noise against signal with model, asymptotes and residuals for one ISO; None without a model.
 
     Parameters
@@ -66,6 +67,8 @@ def noise_curve(points: Table, models: Table, iso: Value, facts: Facts) -> Pictu
         Of the tables.
     facts
         Figures to write beside the curve.
+    one_curve
+        Whether the channels share the model.
 
     """
     curves = noise_curves(models)
@@ -96,10 +99,10 @@ def noise_curve(points: Table, models: Table, iso: Value, facts: Facts) -> Pictu
         alt=f"Photon transfer noise curve at {_named(iso)}: noise of every patch against its signal, with the model",
         caption=(
             f"Photon transfer noise curve at {_named(iso)}. Each circle is one patch in one channel of one frame; the "
-            "grey line is the noise model that was fitted to all of them. Its three parts are the dashed lines: dark "
+            "grey line is the fitted noise model. Its three parts are the dashed lines: dark "
             "noise is the same everywhere, shot noise grows with the square root of the signal, fixed pattern in "
-            "proportion to it. Noise depends on the raw value alone, so every colour lies on one curve. Below: "
-            "deviation from the channel's own model in standard deviations, grey: ±2."
+            f"proportion to it. {_ONE_CURVE if one_curve else ''}Below: deviation from the channel's own model in "
+            "standard deviations, grey: ±2."
         ),
     )
 

@@ -112,9 +112,7 @@ def chart(
 ) -> None:
     """Measure a noise model from shots of a chart."""
     with guarded(verbose=verbose):
-        from fullwell.cli.chart_parsing import black_choice_from, where_from  # noqa: PLC0415 - heavy, `--help` does not need it
-        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - as above
-        from fullwell.workflow.chart import ChartOptions  # noqa: PLC0415 - as above
+        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
         from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
         selection = selection_from(
@@ -128,17 +126,28 @@ def chart(
             headerless=headerless,
         )
         options = Options(selection=selection, workers=workers or os.cpu_count() or 1)
-        asked = ChartOptions(
-            where=where_from(patches, chart_name, corners),
-            separate=separate,
-            black=black_choice_from(black_method),
-            rendered=rendered,
-        )
+        asked = _asked((patches, chart_name, corners), separate=separate, black_method=black_method, rendered=rendered)
         if dry_run:
             findings = _show_plan(images, options, as_json=as_json)
         else:
             findings = _measure(images, out, options, asked, as_json=as_json, quiet=quiet)
         raise typer.Exit(status_of(findings))
+
+
+def _asked(
+    where: tuple[list[Path] | None, str | None, str | None],
+    *,
+    separate: bool,
+    black_method: str | None,
+    rendered: Path | None,
+) -> "ChartOptions":
+    """Return what is asked of the chart; ``where`` is --patches, --chart and --corners."""
+    from fullwell.cli.chart_parsing import black_choice_from, where_from  # noqa: PLC0415 - heavy, as above
+    from fullwell.workflow.chart import ChartOptions  # noqa: PLC0415 - as above
+
+    return ChartOptions(
+        where=where_from(*where), separate=separate, black=black_choice_from(black_method), rendered=rendered
+    )
 
 
 def _show_plan(images: list[Path], options: "Options", *, as_json: bool) -> "Sequence[Finding]":

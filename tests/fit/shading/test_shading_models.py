@@ -44,7 +44,7 @@ def error_of(model, data, truth):
     return model.surface(data.rows[:, None], data.columns[None, :]) / truth - 1.0
 
 
-def test_T17_shading(simulated):
+def test_T17_shading(simulated):  # noqa: N802 - METHOD's name of the test
     truth, data = simulated
     fits = fit_shading(data)
     assert not fits.failures
@@ -56,7 +56,7 @@ def test_T17_shading(simulated):
     assert rms_percent(error[fits.chosen]) <= 0.03
 
 
-def test_T17_radial_to_the_tenth_power(simulated):
+def test_T17_radial_to_the_tenth_power(simulated):  # noqa: N802 - as above
     truth, data = simulated
     bins = WeightedBins.of(data)
     found = fit_radial(bins, powers=5)

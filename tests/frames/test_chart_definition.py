@@ -78,6 +78,15 @@ def test_reads_patches_one_by_one(tmp_path: Path) -> None:
     assert [(one.name, one.x, one.density) for one in chart.patches[:2]] == [("p1", 0.1, 0.2), ("p2", 0.2, 0.5)]
 
 
+def test_reads_a_ring_and_a_grid_with_gaps(tmp_path: Path) -> None:
+    steps = 'title = "R"\nfirst_density = 0.0\ndensity_step = 0.1\n'
+    path = tmp_path / "ring.toml"
+    path.write_text(steps + "[ring]\ncount = 8\nradius = 0.4\npatch = 0.1\n", encoding="utf-8")
+    np.testing.assert_allclose(chart_named(str(path)).centres[[0, 2, 4]], [(0.5, 0.1), (0.9, 0.5), (0.5, 0.9)])
+    path.write_text(steps + '[grid]\nrows = 2\ncolumns = 4\nlayout = ["xx.x", "x.xx"]\n', encoding="utf-8")
+    np.testing.assert_allclose(chart_named(str(path)).centres[:, 0], [0.125, 0.375, 0.875, 0.125, 0.625, 0.875])
+
+
 def test_measured_densities_extend_a_chart(tmp_path: Path) -> None:
     path = tmp_path / "film.toml"
     measured = [round(0.133 + 0.2486 * step, 4) for step in range(36)]
@@ -93,6 +102,7 @@ def test_measured_densities_extend_a_chart(tmp_path: Path) -> None:
     [
         (("rows = 2", "rows = 0"), "grid.rows"),
         (("rows = 2", "rows = 2\nturn = 1"), "grid.turn"),
+        (("rows = 2", 'layout = ["xx", "xxx"]\nrows = 2'), "a character for every column"),
         (("[0.1, 0.2, nan", "[nan"), "densities has 4 entries for 6 patches"),
         (("0.1, 0.2", "-0.1, 0.2"), "densities are 0 or more"),
         (("srgb =", "# srgb ="), "density of every patch, or srgb"),

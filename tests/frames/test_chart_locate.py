@@ -134,14 +134,48 @@ def test_finds_a_film_whose_densities_nobody_stated() -> None:
     assert_on_their_patches(located, definition, corners, darkest=1.3)
 
 
-def test_finds_the_colorchecker_of_a_real_frame() -> None:
-    path = DATA / "colorchecker-550d/colorchart.dng"
+def real(name: str) -> Path:
+    path = DATA / name
     if not path.exists():
         pytest.skip(f"the real frame is not at {path}")
-    image = read_raw(path)
+    return path
+
+
+def test_finds_the_colorchecker_of_a_real_frame() -> None:
+    image = read_raw(real("colorchecker-550d/colorchart.dng"))
     definition = chart_named("colorchecker-passport")
     located = locate(image.mosaic, cfa="RGGB", black=2056.0, white=15_000.0, definition=definition)
     # Outer corners of the corner patches as read off a picture of the frame, to a few pixels of blur.
     corners = ((669.0, 583.0), (1300.0, 569.0), (1310.0, 968.0), (652.0, 978.0))
     np.testing.assert_allclose(located.corners, corners, atol=12.0)
     assert_on_their_patches(located, definition, corners)
+
+
+def test_finds_a_small_colorchecker_in_a_room() -> None:
+    path = real("headerless/Indoor1_2592x1536_8bit_GRBG.raw")
+    mosaic = np.fromfile(path, dtype=np.uint8).reshape(1536, 2592).astype(np.uint16)
+    definition = chart_named("colorchecker-classic")
+    located = locate(mosaic, cfa="GRBG", black=0.0, white=255.0, definition=definition)
+    corners = ((588.0, 1143.0), (1098.0, 1147.0), (1103.0, 1488.0), (600.0, 1465.0))
+    np.testing.assert_allclose(located.corners, corners, atol=10.0)
+    assert_on_their_patches(located, definition, corners)
+
+
+def test_finds_an_over_exposed_film_through_a_lens_that_distorts() -> None:
+    path = real("headerless/openisp_1920x1080_10bit.raw")
+    mosaic = np.fromfile(path, dtype="<u2").reshape(1080, 1920)
+    located = locate(mosaic, cfa="RGGB", black=0.0, white=1023.0, definition=chart_named("dynamic-range-36-ring"))
+    assert located.reason == ""
+    assert located.orientation == 180
+    # Middles of patches as read off a picture of the frame; half of a patch is 62 pixels.
+    read_off = {
+        "1": (1122, 990),
+        "5": (1242, 868),
+        "14": (490, 755),
+        "23": (1354, 355),
+        "32": (600, 250),
+        "33": (1098, 112),
+    }
+    middles = {one.name: (one.x + one.width / 2, one.y + one.height / 2) for one in located.patches}
+    for name, place in read_off.items():
+        np.testing.assert_allclose(middles[name], place, atol=15.0)

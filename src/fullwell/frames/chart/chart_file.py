@@ -43,9 +43,9 @@ import math
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from fullwell.errors import UsageError
 
@@ -66,8 +66,16 @@ class _Grid(_Strict):
     rows: Annotated[int, Field(ge=1, le=_MOST)]
     columns: Annotated[int, Field(ge=1, le=_MOST)]
     fill: Annotated[list[_Fraction], Field(min_length=2, max_length=2)] = [1.0, 1.0]
+    layout: list[Annotated[str, Field(pattern="^[x.]+$")]] | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.layout is not None and [len(row) for row in self.layout] != [self.columns] * self.rows:
+            raise ValueError("layout has a character for every column in a string for every row")
+        return self
 
     def boxes(self, aspect: float) -> list[Box]:
+        """Return centre, width and height of each patch, row by row; the aspect of the chart does not matter."""
         del aspect
         across, down = self.fill
         x_step, y_step = 1.0 / (self.columns - 1 + across), 1.0 / (self.rows - 1 + down)
@@ -76,6 +84,7 @@ class _Grid(_Strict):
             (column * x_step + width / 2, row * y_step + height / 2, width, height)
             for row in range(self.rows)
             for column in range(self.columns)
+            if self.layout is None or self.layout[row][column] == "x"
         ]
 
 
@@ -86,6 +95,7 @@ class _Ring(_Strict):
     start_degree: Annotated[float, Field(allow_inf_nan=False)] = 0.0
 
     def boxes(self, aspect: float) -> list[Box]:
+        """Return centre, width and height of each patch, clockwise."""
         angles = [math.radians(self.start_degree + 360.0 * one / self.count) for one in range(self.count)]
         width = self.patch / aspect
         return [

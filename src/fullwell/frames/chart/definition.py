@@ -20,6 +20,8 @@ _NAMES: Final = (
     "dynamic-range-36-ring",
     "dynamic-range-36-grid",
 )
+_TOUCHING: Final = 1.05
+"""Spacing over size of patches, below which no gap can be seen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +92,15 @@ class ChartDefinition:
     def in_line(self) -> bool:
         """Whether all patches stand in one row or one column."""
         return bool(np.ptp(self.centres, axis=0).min() < 1e-6)
+
+    @property
+    def touching(self) -> bool:
+        """Whether patches stand side by side without a gap that could be seen."""
+        apart = np.abs(self.centres[:, None] - self.centres[None, :]) / self.sizes
+        beside = (apart > 0.5) | (apart < 0.05)
+        near = np.where(beside.all(axis=2), apart.sum(axis=2), np.inf)
+        np.fill_diagonal(near, np.inf)
+        return bool(np.median(near.min(axis=1)) < _TOUCHING)
 
     @property
     def centres(self) -> NDArray[np.float64]:

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from fullwell.frames.chart.agreement import Agreement, agreement
 from fullwell.frames.chart.areas import even_areas
+from fullwell.frames.chart.borders import laid_on_borders
 from fullwell.frames.chart.candidates import Candidate, candidates
 from fullwell.frames.chart.definition import ChartDefinition
 from fullwell.frames.chart.homography import UNIT_SQUARE, convex, homography, mapped, quadrilaterals
 from fullwell.frames.chart.patches import SMALLEST, Patch
 from fullwell.frames.chart.preview import Preview, preview
 from fullwell.frames.chart.rectangles import inner_rectangle
-from fullwell.frames.chart.strip import along_edges
 
 CONFIDENCE: Final = 0.5
 """Below it a location is refused."""
@@ -27,7 +27,7 @@ _SURE: Final = 0.8
 _COMPARED: Final = 60
 """Candidates that are compared with the chart's light."""
 _REFINED: Final = 4
-"""Places of a strip whose edges are looked at."""
+"""Places of a chart of touching patches whose borders are looked at."""
 _PROPORTION: Final = (0.8, 1.0)
 _EVEN: Final = (0.5, 1.0)
 _MET: Final = (0.2, 1.0)
@@ -143,7 +143,7 @@ def _searched(picture: Preview, definition: ChartDefinition) -> _Place | None:
         for one in candidates(areas, definition, shape=picture.light.shape, mirrored=mirrored)[:_COMPARED]
     ]
     places = sorted((_compared(picture, definition, one) for one in found), key=lambda one: -one.weight)
-    if definition.in_line:
+    if definition.touching:
         refined = [_refined(picture, definition, one) for one in places[:_REFINED]]
         places = sorted(refined, key=lambda one: -one.weight)
     if not places:
@@ -157,11 +157,13 @@ def _searched(picture: Preview, definition: ChartDefinition) -> _Place | None:
 
 
 def _refined(picture: Preview, definition: ChartDefinition, place: _Place) -> _Place:
-    """Return the place of a strip with its edges laid upon those in the light."""
+    """Return the place of a chart of touching patches with their borders laid upon those in the light."""
     if place.candidate is None:
         return place
     met = place.candidate.met
-    matrix = along_edges(picture, definition, place.matrix, known=(definition.centres[met], place.candidate.middles))
+    matrix = laid_on_borders(
+        picture, definition, place.matrix, known=(definition.centres[met], place.candidate.middles)
+    )
     return _compared(picture, definition, replace(place.candidate, matrix=matrix))
 
 

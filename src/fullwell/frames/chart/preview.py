@@ -12,6 +12,8 @@ _QUIET: Final = 8.0
 """Range of a picture over its noise below which nothing is to be seen; pure noise spans about 6.5."""
 _FAINT: Final = 0.003
 """Share of the brightest light below which nothing is told apart: flare and an unknown black level reign there."""
+_UNSURE: Final = 3e-4
+"""Share of the range of codes by which a black level may be wrong."""
 _NEARLY_WHITE: Final = 0.97
 """Share of the white level from which on a pixel counts as clipped; binning averages clipped and other pixels."""
 
@@ -80,7 +82,7 @@ def preview(mosaic: NDArray[np.uint16], *, cfa: str, black: float, white: float,
     return Preview(
         image=image,
         scale=scale,
-        floor=max(3.0 * noise, _FAINT * float(highest), 1e-3 * (white - black)),
+        floor=max(3.0 * noise, _FAINT * float(highest), _UNSURE * (white - black)),
         clipped=image.max(axis=0) >= _NEARLY_WHITE * (white - black),
         empty=min(light.shape) < 8 or float(highest - lowest) <= max(_QUIET * noise, 1e-3 * (white - black)),
     )

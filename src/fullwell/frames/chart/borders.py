@@ -1,4 +1,8 @@
-"""The edges of a strip of steps: where they are in the light settles what middles in a line cannot."""
+"""The borders of steps that touch each other: where they are in the light settles what middles of areas cannot.
+
+Steps in a line say nothing about the strip's width; and where the darkest steps of a film cannot be told apart, their
+place follows from the others, a long way off.
+"""
 
 from dataclasses import dataclass
 from typing import Final
@@ -33,14 +37,14 @@ class _Borders:
     reach: NDArray[np.float64]
 
 
-def along_edges(
+def laid_on_borders(
     picture: Preview,
     definition: ChartDefinition,
     matrix: NDArray[np.float64],
     *,
     known: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> NDArray[np.float64]:
-    """Return the map of a chart whose patches stand in a line, its long edges laid upon those in the light.
+    """Return the map of a chart whose patches touch, their borders laid upon those in the light.
 
     Parameters
     ----------
@@ -55,7 +59,7 @@ def along_edges(
 
     """
     borders = _borders(definition)
-    end = 1.5 * definition.centres[-1] - 0.5 * definition.centres[-2]
+    end = 1.5 * definition.centres[-1] - 0.5 * definition.centres[-2] if definition.in_line else np.full(2, np.inf)
     for _ in range(_ROUNDS):
         places, points = _found(picture, definition, matrix, borders)
         if len(places) < 6:
@@ -75,15 +79,15 @@ def along_edges(
 
 def _borders(definition: ChartDefinition) -> _Borders:
     count = len(definition.patches)
-    first, last = definition.centres[0], definition.centres[-1]
-    along = (last - first) / np.abs(last - first).max()
-    outward = [side for side in (along, along[::-1], -along[::-1]) for _ in range(count)]
-    reach = np.full(3 * count, _REACH)
-    reach[count - 1] = _LAST_REACH
+    sides = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))
+    reach = np.full((len(sides), count), _REACH)
+    if definition.in_line:
+        along = definition.centres[-1] - definition.centres[0]
+        reach[np.argmax(sides @ along), -1] = _LAST_REACH
     return _Borders(
-        patch=np.append(np.tile(np.arange(count), 3), 0),
-        outward=np.append(outward, [-along], axis=0),
-        reach=np.append(reach, _REACH),
+        patch=np.tile(np.arange(count), len(sides)),
+        outward=np.repeat(sides, count, axis=0),
+        reach=reach.ravel(),
     )
 
 

@@ -99,9 +99,10 @@ def noise_curve(points: Table, models: Table, iso: Value, *, facts: Facts, one_c
         alt=f"Photon transfer noise curve at {_named(iso)}: noise of every patch against its signal, with the model",
         caption=(
             f"Photon transfer noise curve at {_named(iso)}. Each circle is one patch in one channel of one frame; the "
-            "grey line is the fitted noise model. Its three parts are the dashed lines: dark "
-            "noise is the same everywhere, shot noise grows with the square root of the signal, fixed pattern in "
-            f"proportion to it. {_ONE_CURVE if one_curve else ''}Below: deviation from the channel's own model in "
+            "grey line is the fitted noise model. Its parts are the dashed lines: dark noise is the same everywhere, "
+            "shot noise grows with the square root of the signal, fixed pattern in proportion to it"
+            f"{'' if np.isfinite(leading.coefficients[2]) else ', but none is seen'}. "
+            f"{_ONE_CURVE if one_curve else ''}Below: deviation from the channel's own model in "
             "standard deviations, grey: ±2."
         ),
     )

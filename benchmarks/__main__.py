@@ -12,6 +12,7 @@ from benchmarks.bursts import against_ccdproc
 from benchmarks.reduction import BURSTS, FRAMES, ONE_SERIES, compressed, uncompressed
 from benchmarks.responses import against_octave, against_reading
 from benchmarks.timing import Comparison
+from benchmarks.unpacking import against_numpy
 
 RESULTS = Path("bench-results")
 
@@ -37,6 +38,7 @@ def main() -> int:
             lambda: against_ccdproc(folder),
             against_reading,
             lambda: against_octave(folder),
+            against_numpy,
         ):
             for one in benchmark():
                 print(line(one), flush=True)

@@ -6,6 +6,7 @@ leaves more bits per byte of the file. Where a frame has no content to tell by, 
 sensors have and the file's own name decide, and the reason says so.
 """
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -23,8 +24,8 @@ from fullwell.raw.predictability import Predictability, bits_to_tell, greens_of
 
 STRONG_PERIOD: Final = 15.0
 """Row periods that stand out this far are there for certain [standard deviations of all lags]."""
-_CLEARLY: Final = 0.5
-"""Fewer bits left of a pixel by so many are no chance [bit]."""
+_CLEARLY: Final = 0.25
+"""Fewer bits left for each byte of a file by so many are no chance [bit]."""
 _LARGEST_HEADER: Final = 1 << 16
 _LONGEST_PADDING: Final = 256
 _TYPICAL_SHAPE: Final = 1.4
@@ -76,8 +77,21 @@ def guess_formats(data: bytes | bytearray | memoryview, *, name: str = "", most:
     view = memoryview(data).cast("B")
     stored = np.frombuffer(view, dtype=np.uint8)
     periods, hints = row_periods(stored), hints_in(name)
+    candidates = _candidates(stored, periods=periods, hints=hints)
+    return _best(candidates, view, periods=periods, hints=hints, most=most)
+
+
+def _best(
+    candidates: Iterable[HeaderlessFormat],
+    view: memoryview,
+    *,
+    periods: Iterable[RowPeriod],
+    hints: NameHints,
+    most: int,
+) -> tuple[Guess, ...]:
+    stored = np.frombuffer(view, dtype=np.uint8)
     found: list[tuple[float, HeaderlessFormat, Predictability]] = []
-    for stated in dict.fromkeys(_candidates(stored, periods=periods, hints=hints)):
+    for stated in dict.fromkeys(candidates):
         told = bits_to_tell(stated, view)
         per_byte = told.bits * stated.width * stated.height / stored.size + _unexplained(stated, stored)
         found.append((per_byte + _against(stated, periods=periods, hints=hints), stated, told))
@@ -89,25 +103,35 @@ def guess_formats(data: bytes | bytearray | memoryview, *, name: str = "", most:
 def better_geometry(stated: HeaderlessFormat, data: bytes | bytearray | memoryview) -> Guess | None:
     """Return the geometry that the content speaks for, where it speaks clearly against the stated one.
 
-    Rows that repeat after another number of bytes, or words whose bytes are better swapped, give rise to doubt; a
-    frame without content does not.
+    Rows that repeat after another number of bytes, or that are foretold better in another packing or byte order, give
+    rise to doubt; a frame without content does not.
     """
     view = memoryview(data).cast("B")
     stored = np.frombuffer(view, dtype=np.uint8)
-    periods = row_periods(stored)
-    rows_repeat = any(period.stride in {stated.stride, 2 * stated.stride} for period in periods)
-    unlike = not rows_repeat and any(period.strength >= STRONG_PERIOD for period in periods)
-    told = bits_to_tell(stated, view).bits
-    other = replace(stated, byte_order="big" if stated.byte_order == "little" else "little")
-    swapped = stated.container == WORD and bits_to_tell(other, view).bits < told - _CLEARLY
-    if not (unlike or swapped):
-        return None
-    best = next(iter(guess_formats(data, most=1)), None)
-    if best is None or best.bits_left * best.stated.width * best.stated.height / stored.size >= (
-        told * stated.width * stated.height / stored.size - _CLEARLY / 2
-    ):
-        return None
-    return best
+    periods, hints = row_periods(stored), NameHints()
+    if any(period.stride in {stated.stride, 2 * stated.stride} for period in periods):
+        candidates = _of_same_rows(stated)
+    elif any(period.strength >= STRONG_PERIOD for period in periods):
+        candidates = _candidates(stored, periods=periods, hints=hints)
+    else:
+        alike = _of_length(stored.size, container=stated.container, bits=stated.bits)
+        candidates = itertools.chain(_of_same_rows(stated), alike)
+    best = next(iter(_best(candidates, view, periods=periods, hints=hints, most=1)), None)
+    return best if best is not None and _per_byte(best.stated, view) < _per_byte(stated, view) - _CLEARLY else None
+
+
+def _per_byte(stated: HeaderlessFormat, view: memoryview) -> float:
+    """Return what neighbours leave to be told, for each byte of the file [bit]."""
+    return bits_to_tell(stated, view).bits * stated.width * stated.height / len(view)
+
+
+def _of_same_rows(stated: HeaderlessFormat) -> Iterator[HeaderlessFormat]:
+    """Return the other ways to read rows of the same length."""
+    for container, bits in STORED_AS:
+        width = stated.stride * 8 // (16 if container == WORD else bits)
+        if packed_bytes(width, bits=bits, container=container) == stated.stride:
+            same = replace(stated, width=width, bits=bits, container=container, byte_order="little", row_stride=0)
+            yield from (other for other in _orders(same) if other != stated)
 
 
 def _candidates(

@@ -61,8 +61,6 @@ def suggestions(stated: HeaderlessFormat, *, size: int) -> Iterator[str]:
     yield from _other_side(stated, size=size)
     yield from _other_container(stated, size=size)
     yield from _common_sizes(stated, size=size)
-    for container, bits in STORED_AS:
-        yield from _common_sizes(replace(stated, container=container, bits=bits), size=size, changed=True)
     surplus = size - stated.file_sizes[0]
     if 0 < surplus <= _LARGEST_HEADER and surplus < stated.stride * stated.height:
         yield f"offset={stated.offset + surplus} if that is what comes before the pixels"
@@ -71,6 +69,8 @@ def suggestions(stated: HeaderlessFormat, *, size: int) -> Iterator[str]:
     pixels = size - stated.offset - stated.trailer
     if pixels >= 2 * frame and pixels % frame == 0:
         yield f"{pixels // frame} frames of this geometry in one file, which must be split into one file each"
+    for container, bits in STORED_AS:
+        yield from _common_sizes(replace(stated, container=container, bits=bits), size=size, changed=True)
 
 
 def _other_side(stated: HeaderlessFormat, *, size: int) -> Iterator[str]:

@@ -21,6 +21,7 @@ def combine(
     *,
     cell: int,
     workers: int = 1,
+    out: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """Return linear combinations of burst sums.
 
@@ -36,6 +37,8 @@ def combine(
         Period of the mosaic; ``sites`` is its square [pixel].
     workers
         Threads; the maps do not depend on their number.
+    out
+        Memory for the maps, to be used again; None takes new memory.
 
     Returns
     -------
@@ -58,7 +61,7 @@ def combine(
         coefficients=np.ascontiguousarray(coefficients, np.float64).reshape(made, count, cell, cell),
     )
     height, width = sums[0].shape
-    found = np.empty((made, height, width), np.float32)
+    found = np.empty((made, height, width), np.float32) if out is None else out
     edges = [height * k // workers for k in range(workers + 1)]
     if workers == 1:
         plan.write(0, height, found)
@@ -105,6 +108,44 @@ def line_coefficients(exposures_s: Sequence[float], weights: Sequence[float] | N
     moment = float(share @ (t - centre) ** 2)
     slope = share * (t - centre) / moment
     return np.stack((slope, share - centre * slope))
+
+
+def response_maps(
+    means: Sequence[NDArray[np.float32]] | NDArray[np.float32],
+    exposures_s: Sequence[float],
+    *,
+    weights: Sequence[float] | None = None,
+    workers: int = 1,
+    out: NDArray[np.float32] | None = None,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return slope and intercept of each pixel's line of mean against exposure time (METHOD 5.2).
+
+    Parameters
+    ----------
+    means
+        K maps of shape (height, width) [DN].
+    exposures_s, weights
+        As `line_coefficients`.
+    workers
+        Threads; the maps do not depend on their number.
+    out
+        Memory for both maps, shape (2, height, width), to be used again; None takes new memory.
+
+    Returns
+    -------
+    tuple
+        Slope [DN/s] and intercept [DN], each of shape (height, width).
+
+    Examples
+    --------
+    >>> slope, intercept = response_maps([np.full((1, 1), mean, np.float32) for mean in (3, 5)], [1.0, 2.0])
+    >>> float(slope[0, 0]), float(intercept[0, 0])
+    (2.0, 1.0)
+
+    """
+    coefficients = line_coefficients(exposures_s, weights)[:, :, np.newaxis]
+    slope, intercept = combine(list(means), coefficients, cell=1, workers=workers, out=out)
+    return slope, intercept
 
 
 def _plain(rows: Rows) -> Rows:

@@ -24,8 +24,8 @@ def inner_rectangle(corners: NDArray[np.float64]) -> tuple[int, int, int, int]:
 
     Examples
     --------
-    >>> inner_rectangle(np.array([(0.0, 1.0), (21.0, 1.0), (21.0, 9.0), (0.0, 9.0)]))
-    (0, 2, 20, 6)
+    >>> inner_rectangle(np.array([(0.0, 1.0), (41.0, 1.0), (41.0, 31.0), (0.0, 31.0)]))
+    (0, 2, 40, 28)
 
     """
     middle = corners.mean(axis=0)

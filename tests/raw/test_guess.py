@@ -108,6 +108,12 @@ def test_hardly_any_bytes_hold_no_picture(size: int) -> None:
     assert all(sum(guess.stated.file_sizes) > 0 for guess in guess_formats(bytes(size)))
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (1, 500), (500, 1), (2, 16), (3, 40)])
+def test_the_smallest_pictures_are_not_doubted(shape: tuple[int, int]) -> None:
+    stated = HeaderlessFormat(height=shape[0], width=shape[1], bits=16)
+    assert better_geometry(stated, bytes(2 * shape[0] * shape[1])) is None
+
+
 @pytest.mark.parametrize(
     ("wrong", "right"),
     [

@@ -106,6 +106,8 @@ def better_geometry(stated: HeaderlessFormat, data: bytes | bytearray | memoryvi
     Rows that repeat after another number of bytes, or that are foretold better in another packing or byte order, give
     rise to doubt; a frame without content does not.
     """
+    if stated.width < _NARROWEST or stated.height < 2:
+        return None
     view = memoryview(data).cast("B")
     stored = np.frombuffer(view, dtype=np.uint8)
     periods, hints = row_periods(stored), NameHints()

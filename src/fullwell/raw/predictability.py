@@ -60,7 +60,7 @@ def bits_to_tell(stated: HeaderlessFormat, data: memoryview) -> Predictability:
         if rows == 3:
             second.append(_bits(2 * band[2:, 2:] - band[2:, :-2] - band[:-2, 2:]))
     one, two = float(np.mean(direct)), float(np.mean(second)) if second else math.inf
-    return Predictability(bits=min(one, two), alike=one < two - _ALIKE)
+    return Predictability(bits=min(one, two), alike=bool(second) and one < two - _ALIKE)
 
 
 def _bits(doubled: NDArray[np.int32]) -> float:

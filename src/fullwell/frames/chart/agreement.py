@@ -15,6 +15,8 @@ _INNER: Final = 0.5
 """Share of a patch's edges that is sampled."""
 _STEPS: Final = 5
 """Samples along an edge."""
+_STEP: Final = 1.6
+"""Steps of a chart that touch each other which its contrast is at most."""
 _CONTRASTS: Final = (0.4, 3.0)
 """Exponents between the densities that a grey chart is said to have and those it has."""
 
@@ -35,7 +37,8 @@ class Agreement:
         Share of the variance of the logarithm of light that the chart explains, at most 1; below 0 is worse than
         nothing.
     scatter
-        Standard deviation of the logarithm of light inside a patch over that between the patches, shape (patches,).
+        Standard deviation of the logarithm of light inside a patch, but for noise, over the contrast between patches,
+        shape (patches,).
 
     """
 
@@ -72,14 +75,29 @@ def agreement(picture: Preview, definition: ChartDefinition, matrix: NDArray[np.
     means = values.mean(axis=1)
     usable = inside & ~clipped
     visible = inside & (means.mean(axis=1) > picture.floor)
-    between = float(np.std(light.mean(axis=1)[inside])) if inside.any() else 0.0
+    noise = picture.noise / np.exp(light.mean(axis=1))
+    within_patch = np.sqrt(np.maximum(light.var(axis=1) - noise**2, 0.0))
     return Agreement(
         inside=inside,
         visible=visible,
         clipped=clipped & inside,
         proportion=_proportion(means[usable], definition.colours[usable], picture.floor, grey=not definition.coloured),
-        scatter=light.std(axis=1) / max(between, 1e-9),
+        scatter=within_patch / max(_contrast(light.mean(axis=1), inside, definition), 1e-9),
     )
+
+
+def _contrast(light: NDArray[np.float64], inside: NDArray[np.bool_], definition: ChartDefinition) -> float:
+    """Return the contrast of the patches in the logarithm of light: their scatter, or a step or two where they touch.
+
+    Half a step out of place, a patch would hold a border; where steps touch nothing else would tell.
+    """
+    if not inside.any():
+        return 0.0
+    between = float(np.std(light[inside]))
+    if not definition.touching:
+        return between
+    known = np.log(definition.colours.mean(axis=1))
+    return min(between, _STEP * float(np.median(np.abs(np.diff(known)))))
 
 
 def _samples(definition: ChartDefinition, matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -19,6 +19,10 @@ _COMPACT: Final = (0.82, 1.12)
 """Area over that of the rectangle with the same second moments: 1 for rectangles, 1.05 for ellipses."""
 _SLIMMEST: Final = 10.0
 """Length over width of an area at most."""
+_SAME: Final = 0.25
+"""Distance of the middles of one area found twice, as a share of its edge."""
+_ALIKE: Final = 1.8
+"""Ratio of the sizes of one area found twice; two steps that run together are more than that over one."""
 _COUNT: Final = 500
 """Areas that are kept, the most compact first."""
 
@@ -107,14 +111,14 @@ def _compact(flat: NDArray[np.bool_], light: NDArray[np.float64]) -> Areas:
 def _each_once(areas: Areas) -> Areas:
     """Keep the largest of areas with nearly the same middle."""
     order = np.argsort(-areas.size, kind="stable")
+    nearness = np.linalg.inv(areas.moments)
     kept: list[int] = []
-    centres = areas.centre
     for one in order:
         if len(kept) == _COUNT:
             break
-        apart = np.abs(centres[kept] - centres[one]).max(axis=1) if kept else np.array([np.inf])
-        reach = 0.35 * np.sqrt(areas.size[one])
-        like = areas.size[kept] < 3.0 * areas.size[one] if kept else np.array([False])
-        if not np.any((apart < reach) & like):
+        apart = areas.centre[kept] - areas.centre[one]
+        squared = np.einsum("ni,nij,nj->n", apart, nearness[kept], apart)
+        same = (squared < 12.0 * _SAME**2) & (areas.size[kept] < _ALIKE * areas.size[one])
+        if not same.any():
             kept.append(int(one))
     return areas.taken(np.array(kept, dtype=np.intp))

@@ -27,6 +27,10 @@ _CONTRAST: Final = 0.8
 """Error of the logarithm of two patches' ratio of light that colour and illumination may make."""
 _PERSPECTIVE: Final = 2.5
 """Ratio of opposite edges of a chart at most."""
+_REACHES: Final = (2.6, 4.2, 7.0, 11.0, 18.0, np.inf, np.inf, np.inf)
+"""Spacings from the first two patches, within which patches meet areas, one time after the other."""
+_PROJECTIVE: Final = 9
+"""Points from which on a map is projective."""
 _KEPT: Final = 80
 """Similarities that grow."""
 _LEAST: Final = 3.0
@@ -68,6 +72,21 @@ class _Plan:
     edge: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Similarities:
+    """Maps z -> slope z + offset from the plan to the preview, each array of shape (n,).
+
+    ``score`` counts the areas that are explained in the right order of light, ``size`` is that of the two areas and
+    ``seed`` one of the two patches that were laid on each other.
+    """
+
+    slope: NDArray[np.complex128]
+    offset: NDArray[np.complex128]
+    score: NDArray[np.float64]
+    size: NDArray[np.float64]
+    seed: NDArray[np.intp]
+
+
 def candidates(areas: Areas, definition: ChartDefinition, *, shape: tuple[int, ...], mirrored: bool) -> list[Candidate]:
     """Return places where a chart may lie, those that explain most areas first.
 
@@ -86,20 +105,21 @@ def candidates(areas: Areas, definition: ChartDefinition, *, shape: tuple[int, .
     plan = _plan(definition, mirrored=mirrored)
     if len(areas) < 4:
         return []
-    slopes, offsets, scores, size = _similarities(areas, plan, shape=shape, grey=not definition.coloured)
-    best = np.argsort(-scores, kind="stable")
-    least = max(_LEAST, _HOPELESS * float(scores.max(initial=0.0)))
+    found = _similarities(areas, plan, shape=shape, grey=not definition.coloured)
+    least = max(_LEAST, _HOPELESS * float(found.score.max(initial=0.0)))
     grown: dict[bytes, tuple[float, Candidate]] = {}
     taken: set[tuple[int, ...]] = set()
-    for one in best:
-        key = _rounded(complex(slopes[one]), complex(offsets[one]), plan)
-        if scores[one] < least or len(taken) >= _KEPT:
+    for one in np.argsort(-found.score, kind="stable"):
+        slope, offset = complex(found.slope[one]), complex(found.offset[one])
+        key = _rounded(slope, offset, plan)
+        if found.score[one] < least or len(taken) >= _KEPT:
             break
         if key in taken:
             continue
         taken.add(key)
-        start = slopes[one] * plan.points + offsets[one]
-        candidate, assigned = _grown(areas, definition, plan=plan, start=start, size=float(size[one]))
+        start = slope * plan.points + offset
+        seed = int(found.seed[one])
+        candidate, assigned = _grown(areas, definition, plan=plan, start=start, seed=seed, size=float(found.size[one]))
         if candidate is not None:
             grown.setdefault(assigned.tobytes(), (float(candidate.met.sum()), candidate))
     return [candidate for _, candidate in sorted(grown.values(), key=lambda pair: -pair[0])]
@@ -150,10 +170,8 @@ def _pairs_of_areas(areas: Areas, plan: _Plan) -> NDArray[np.intp]:
     return np.column_stack((first, second))[nearest]
 
 
-def _similarities(
-    areas: Areas, plan: _Plan, *, shape: tuple[int, ...], grey: bool
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.float64], NDArray[np.float64]]:
-    """Return slope and offset of every similarity, how many areas it explains in the right order of light, their size.
+def _similarities(areas: Areas, plan: _Plan, *, shape: tuple[int, ...], grey: bool) -> _Similarities:
+    """Return every similarity that lays neighbouring patches on neighbouring areas.
 
     The light of a grey chart rises along its densities, in steps that are known but for a common factor; that of a
     coloured one depends on the camera.
@@ -181,7 +199,7 @@ def _similarities(
             part = mine[begin : begin + _BATCH]
             predicted = slopes[part, None] * plan.points + offsets[part, None]
             scores[part] = _explained(predicted, np.abs(slopes[part]), nearest=nearest, areas=areas, plan=plan)
-    return slopes, offsets, scores, size
+    return _Similarities(slope=slopes, offset=offsets, score=scores, size=size, seed=plan.pairs[pair, 0])
 
 
 def _nearest_map(areas: Areas, *, shape: tuple[int, ...], size: float) -> NDArray[np.intp]:
@@ -225,25 +243,34 @@ def _explained(
 
 
 def _grown(
-    areas: Areas, definition: ChartDefinition, *, plan: _Plan, start: NDArray[np.complex128], size: float
+    areas: Areas,
+    definition: ChartDefinition,
+    *,
+    plan: _Plan,
+    start: NDArray[np.complex128],
+    seed: int,
+    size: float,
 ) -> tuple[Candidate | None, NDArray[np.intp]]:
-    """Let a similarity become a projective map by the areas it meets, more of them each time."""
+    """Let a similarity become a projective map by the areas that patches meet, farther from its seed each time.
+
+    Far from the seed a similarity may be a whole spacing out of place, and meet the areas of other patches.
+    """
     like = np.flatnonzero((areas.size < _LIKE * size) & (areas.size > size / _LIKE))
     tree = KDTree(areas.centre[like])
     predicted = np.column_stack((start.real, start.imag))
+    away = np.abs(plan.points - plan.points[seed]) / plan.spacing
     matrix = None
     owner = np.full(len(start), -1, dtype=np.intp)
-    for step in range(6):
-        owner = _met(tree, predicted, plan=plan, miss=_MISS if step < 3 else 0.8 * _MISS)
+    for step, reach in enumerate(_REACHES):
+        owner = _met(tree, predicted, plan=plan, miss=_MISS if step < len(_REACHES) - 2 else 0.8 * _MISS)
+        owner = np.where(away <= reach, owner, -1)
         own = owner >= 0
-        if own.sum() < (4 if step < 3 else max(4.0, _FEWEST * len(own))):
+        if own.sum() < (3 if np.isfinite(reach) else max(4.0, _FEWEST * len(own))):
             return None, owner
-        matrix = _fitted(areas, definition, owner=np.where(own, like[owner], -1), projective=step >= 2)
+        matrix = _fitted(areas, definition, owner=np.where(own, like[owner], -1))
         if matrix is None:
             return None, owner
         predicted = mapped(matrix, definition.centres)
-        if not convex(mapped(matrix, UNIT_SQUARE), perspective=_PERSPECTIVE):
-            return None, owner
     assert matrix is not None  # noqa: S101 -- the loop ran
     met = owner >= 0
     return Candidate(matrix=matrix, met=met, middles=areas.centre[like[owner[met]]]), np.where(met, like[owner], -1)
@@ -269,9 +296,7 @@ def _local_spacing(predicted: NDArray[np.float64], plan: _Plan) -> NDArray[np.fl
     return nearest
 
 
-def _fitted(
-    areas: Areas, definition: ChartDefinition, *, owner: NDArray[np.intp], projective: bool
-) -> NDArray[np.float64] | None:
+def _fitted(areas: Areas, definition: ChartDefinition, *, owner: NDArray[np.intp]) -> NDArray[np.float64] | None:
     """Return the map through the areas that patches meet; None where they do not determine one."""
     own = owner >= 0
     source, target = definition.centres[own], areas.centre[owner[own]]
@@ -279,9 +304,12 @@ def _fitted(
         source, target = _with_edges(areas, definition, owner=owner)
         if _in_line(source):
             return None
-    if projective and len(source) >= 6:
-        return homography(source, target)
-    return affine(source, target)
+    if len(source) >= _PROJECTIVE:
+        matrix = homography(source, target)
+        if convex(mapped(matrix, UNIT_SQUARE), perspective=_PERSPECTIVE):
+            return matrix
+    matrix = affine(source, target)
+    return matrix if convex(mapped(matrix, UNIT_SQUARE)) else None
 
 
 def _in_line(points: NDArray[np.float64]) -> bool:

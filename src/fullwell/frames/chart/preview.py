@@ -30,6 +30,8 @@ class Preview:
         Pixels of the mosaic on the edge of one of its pixels.
     floor
         Light below which nothing is told apart [DN].
+    noise
+        Of a typical pixel of the mean of the channels [DN].
     clipped
         Where a channel reaches the white level, shape (rows, columns).
     empty
@@ -40,6 +42,7 @@ class Preview:
     image: NDArray[np.float64]
     scale: int
     floor: float
+    noise: float
     clipped: NDArray[np.bool_]
     empty: bool
 
@@ -83,6 +86,7 @@ def preview(mosaic: NDArray[np.uint16], *, cfa: str, black: float, white: float,
         image=image,
         scale=scale,
         floor=max(3.0 * noise, _FAINT * float(highest), _UNSURE * (white - black)),
+        noise=noise,
         clipped=image.max(axis=0) >= _NEARLY_WHITE * (white - black),
         empty=min(light.shape) < 8 or float(highest - lowest) <= max(_QUIET * noise, 1e-3 * (white - black)),
     )

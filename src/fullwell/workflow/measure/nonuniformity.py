@@ -122,12 +122,14 @@ def _dark_stack(bursts: IsoBursts, channel: str) -> Nonuniformity | None:
 def _map_rows(
     bursts: IsoBursts, maps: ChannelMaps, figure: MapFigure, found: Nonuniformity, *, recommended: bool
 ) -> tuple[Row, ...]:
+    """Return the rows of a figure; intercepts are too noisy to tell rows and columns apart (METHOD 5.2)."""
+    told = _whole_and_parts(found) if figure.relative else _whole_and_parts(found)[:1]
     return _written(
         bursts,
         figure.quantity,
         maps.channel,
         figure.method,
-        [figure.shown(one) for one in _whole_and_parts(found)],
+        [figure.shown(one) for one in told],
         unit=figure.unit,
         source=figure.source,
         n=sum(burst.frames * burst.plane(maps.channel).n for burst in maps.flats),
@@ -195,12 +197,12 @@ def _written(
     flags: Iterable[str],
     recommended: bool,
 ) -> tuple[Row, ...]:
-    """Return the rows of a non-uniformity: the whole, then its row, column and pixel parts."""
+    """Return the rows of a non-uniformity: the whole, then its row, column and pixel parts as far as they are given."""
     write = RowWriter(bursts=bursts).root_and_variance
     names = (quantity, *(f"{quantity}_{part}" for part in _PARTS))
     return tuple(
         row
-        for name, variance in zip(names, variances, strict=True)
+        for name, variance in zip(names, variances, strict=False)
         for row in write(
             name, channel, method, variance, unit, source=source, n=n, flags=flags, recommended=recommended
         )

@@ -1,8 +1,8 @@
 """THE table: every quantity with its symbol, units, equation, definition and source; report, docs and tests read it.
 
 `quantity`, `method` and `flag` look one entry up by the name it has in the rows; `citations` lists the
-bibliography behind the ``source`` of rows. Subjects stand in one file each: temporal, spatial, merit, methods,
-flags, bibliography.
+bibliography behind the ``source`` of rows. Subjects stand in one file each: temporal, spatial, merit, emva,
+methods, flags, bibliography.
 """
 
 from collections.abc import Iterable
@@ -10,9 +10,10 @@ from dataclasses import replace
 from typing import Final
 
 from fullwell.glossary.bibliography import BIBLIOGRAPHY
+from fullwell.glossary.emva import EMVA
 from fullwell.glossary.entry import Flag, Method, Quantity, Reference
 from fullwell.glossary.flags import FLAGS, RECOMMENDED
-from fullwell.glossary.merit import EMVA, RANGE, SNR_THRESHOLDS
+from fullwell.glossary.merit import RANGE, SNR_THRESHOLDS
 from fullwell.glossary.methods import METHODS
 from fullwell.glossary.spatial import NONUNIFORMITY, SHADING
 from fullwell.glossary.temporal import DARK_CURRENT, LEVELS, PHOTON_TRANSFER, READ_NOISE

@@ -26,6 +26,9 @@ FLAGS: Final = tuple(
         ("drift", "The frames of the series move beyond chance."),
         ("user", "Rests on a value given by the user."),
         ("scaled-crop", "The frame is smaller than the published crop; crop and tiles were scaled."),
+        ("interpolated", "Read between two steps of the exposure sweep: no step lies in the window."),
+        ("dark-line", "Some dark signals were read off a line through the others: not every exposure has darks."),
+        ("nominal", "Rests on a nominal number of photons, not on a calibrated irradiance."),
         ("model-based", "Follows from a camera fact that was not measured here, such as the voltage swing."),
     )
 )

@@ -9,11 +9,13 @@ from scipy import stats
 
 from fullwell import glossary
 from fullwell.errors import UsageError
+from fullwell.figures.calibration import pull
 from fullwell.figures.results import Row
 from fullwell.simulate.truth import TrueValue
 from fullwell.testing import simulation
 from fullwell.units import Measured
 from fullwell.workflow import demo
+from fullwell.workflow.loop.comparison import compared
 
 STUDY = {
     "isos": [100, 400],
@@ -27,12 +29,12 @@ STUDY = {
 
 def test_pulls_with_few_degrees_of_freedom_are_put_on_the_normal_scale() -> None:
     t = np.random.default_rng(5).standard_t(3, size=2000)
-    pulls = [demo.pull(Measured.student(value, 1.0, 3, "DN"), 0.0) for value in t.tolist()]
+    pulls = [pull(Measured.student(value, 1.0, 3, "DN"), 0.0) for value in t.tolist()]
     assert stats.kstest(pulls, "norm").pvalue > 1e-3
-    assert demo.pull(Measured.student(1e9, 1.0, 50, "DN"), 0.0) is not None
-    assert np.isfinite(demo.pull(Measured.student(-1e9, 1.0, 50, "DN"), 0.0) or np.nan)
-    assert demo.pull(Measured.normal(7.0, 2.0, "DN"), 4.0) == 1.5
-    assert demo.pull(Measured.exact(7.0, "DN"), 4.0) is None
+    assert pull(Measured.student(1e9, 1.0, 50, "DN"), 0.0) is not None
+    assert np.isfinite(pull(Measured.student(-1e9, 1.0, 50, "DN"), 0.0) or np.nan)
+    assert pull(Measured.normal(7.0, 2.0, "DN"), 4.0) == 1.5
+    assert pull(Measured.exact(7.0, "DN"), 4.0) is None
 
 
 def test_rows_meet_the_truth_of_their_own_unit_and_iso() -> None:
@@ -45,8 +47,8 @@ def test_rows_meet_the_truth_of_their_own_unit_and_iso() -> None:
         TrueValue(quantity="read_noise", channel="R", unit="DN", iso=100.0, value=2.0),
         TrueValue(quantity="read_noise", channel="R", unit="e-", iso=100.0, value=4.0),
     ]
-    found = demo.compared([row, elsewhere, tile, bound], truth)
-    assert [(one.method, one.truth, one.recommended) for one in found] == [("m", 2.0, True), ("b", 2.0, False)]
+    found = compared([row, elsewhere, tile, bound], truth)
+    assert [(one.row.method, one.truth, one.recommended) for one in found] == [("m", 2.0, True), ("b", 2.0, False)]
     assert found[0].pull == pytest.approx(2.0)
     assert found[1].pull is None
 
@@ -58,10 +60,10 @@ def test_a_small_demo_finds_the_truth_through_the_front_door(tmp_path: Path, mon
     outcome = demo.run_demo(out, full=True, workers=2)
     assert outcome.frames == 2 * (16 + 16 + 6) + 1
     assert len(list((out / "study").rglob("*.dng"))) == outcome.frames
-    judged = [row for row in outcome.rows if row.recommended and row.pull is not None]
-    assert {row.quantity for row in judged} >= {"black_level", "read_noise", "dark_current", "system_gain", "k_fpn"}
+    judged = [one for one in outcome.rows if one.recommended and one.pull is not None]
+    assert {one.row.quantity for one in judged} >= {"black_level", "read_noise", "dark_current", "system_gain", "k_fpn"}
     # Two-sided p of a normal number above 1e-4, for each of about 250 figures of this one seed.
-    assert [row for row in judged if abs(row.pull or 0.0) > 3.9] == []
+    assert [one for one in judged if abs(one.pull or 0.0) > 3.9] == []
     document = json.loads((out / "demo.json").read_text(encoding="utf-8"))
     assert document["schema"] == "fullwell-demo/1"
     assert len(document["rows"]) == len(outcome.rows)

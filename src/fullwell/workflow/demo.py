@@ -2,24 +2,23 @@
 
 import json
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Final
 
-from fullwell.figures.results import Results, Row
+from fullwell.figures.results import Results
 from fullwell.files import replaced_folder
 from fullwell.findings import Finding
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Camera
-from fullwell.glossary import RECOMMENDED
 from fullwell.report.write import check_target, write_files
 from fullwell.simulate.config import SimulationConfig, parse_config
-from fullwell.simulate.truth import TrueValue, true_values
-from fullwell.units import Measured
+from fullwell.simulate.truth import true_values
 from fullwell.workflow.characterize import measure
 from fullwell.workflow.executor import Progress
+from fullwell.workflow.loop.comparison import Comparison, compared, pulls_of
 from fullwell.workflow.options import Options
 from fullwell.workflow.run import run_facts
 from fullwell.workflow.simulate import simulate_config
@@ -27,41 +26,6 @@ from fullwell.workflow.simulate import simulate_config
 STUDY: Final = "study"
 COMPARISON: Final = "demo.json"
 SCHEMA: Final = "fullwell-demo/1"
-
-_NO_ESTIMATE: Final = frozenset({"lower-bound", "upper-limit"})
-_SMALLEST: Final = 1e-300
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DemoRow:
-    """One figure beside its truth.
-
-    Parameters
-    ----------
-    quantity, channel, iso, method, flags
-        As in the result row; ``snr_threshold`` likewise.
-    recommended
-        Whether the row is the one to use; legacy figures never are.
-    truth
-        The true value, in the unit of ``measured``.
-    measured
-        Value, standard error, degrees of freedom, interval.
-    pull
-        Error in standard errors, put on the scale of a normal number where the degrees of freedom are few: 95 % of
-        them lie within -1.96 and 1.96. None where the row claims no standard error, or is a bound.
-
-    """
-
-    quantity: str
-    channel: str
-    iso: float | None
-    method: str
-    flags: tuple[str, ...]
-    recommended: bool
-    truth: float
-    measured: Measured
-    pull: float | None
-    snr_threshold: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +49,7 @@ class DemoOutcome:
 
     out: Path
     frames: int
-    rows: tuple[DemoRow, ...]
+    rows: tuple[Comparison, ...]
     results: Results
     simulated_s: float
     characterized_s: float
@@ -98,7 +62,7 @@ class DemoOutcome:
     @property
     def pulls(self) -> tuple[float, ...]:
         """Pulls of the recommended rows."""
-        return tuple(row.pull for row in self.rows if row.recommended and row.pull is not None)
+        return pulls_of(self.rows)
 
 
 def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress | None = None) -> DemoOutcome:
@@ -162,63 +126,6 @@ def pixel_study() -> SimulationConfig:
     return parse_config(file.read_text(encoding="utf-8"), name=file.name, folder=Path())
 
 
-def compared(rows: Iterable[Row], truth: Iterable[TrueValue]) -> tuple[DemoRow, ...]:
-    """Return every row whose truth is known beside that truth.
-
-    Parameters
-    ----------
-    rows
-        Measured figures; those of a region are left out.
-    truth
-        True values.
-
-    """
-    known = {(one.quantity, one.channel, one.unit, one.iso, one.snr_threshold): one.value for one in truth}
-    found: list[DemoRow] = []
-    for row in rows:
-        value = known.get((row.quantity, row.channel, row.measured.unit, row.iso, row.snr_threshold))
-        if value is None or row.region is not None:
-            continue
-        found.append(
-            DemoRow(
-                quantity=row.quantity,
-                channel=row.channel,
-                iso=row.iso,
-                method=row.method,
-                flags=row.flags,
-                recommended=RECOMMENDED in row.flags,
-                truth=value,
-                measured=row.measured,
-                pull=None if _NO_ESTIMATE.intersection(row.flags) else pull(row.measured, value),
-                snr_threshold=row.snr_threshold,
-            )
-        )
-    return tuple(found)
-
-
-def pull(measured: Measured, truth: float) -> float | None:
-    """Return the error in standard errors on the scale of a normal number; None without a standard error.
-
-    Student's t with the measurement's degrees of freedom is mapped to the normal number of the same probability, so
-    that figures with few and with many degrees of freedom can be judged alike.
-
-    Examples
-    --------
-    >>> round(pull(Measured.student(12.706, 1.0, 1, "DN"), 0.0) or 0.0, 2)
-    1.96
-
-    """
-    if not measured.std_error:
-        return None
-    t = (measured.value - truth) / measured.std_error
-    if measured.dof is None:
-        return t
-    from scipy.special import ndtri, stdtr  # noqa: PLC0415 - loads when used
-
-    away = -float(ndtri(max(float(stdtr(measured.dof, -abs(t))), _SMALLEST)))
-    return away if t > 0.0 else -away
-
-
 def _comparison(outcome: DemoOutcome) -> Mapping[str, object]:
     return {
         "schema": SCHEMA,
@@ -227,20 +134,20 @@ def _comparison(outcome: DemoOutcome) -> Mapping[str, object]:
         "characterized_s": round(outcome.characterized_s, 3),
         "rows": [
             {
-                "quantity": row.quantity,
-                "channel": row.channel,
-                "iso": row.iso,
-                "snr_threshold": row.snr_threshold,
-                "method": row.method,
-                "recommended": row.recommended,
-                "flags": list(row.flags),
-                "unit": row.measured.unit,
-                "truth": row.truth,
-                "value": row.measured.value,
-                "std_error": row.measured.std_error,
-                "dof": row.measured.dof,
-                "pull": row.pull,
+                "quantity": one.row.quantity,
+                "channel": one.row.channel,
+                "iso": one.row.iso,
+                "snr_threshold": one.row.snr_threshold,
+                "method": one.row.method,
+                "recommended": one.recommended,
+                "flags": list(one.row.flags),
+                "unit": one.row.measured.unit,
+                "truth": one.truth,
+                "value": one.row.measured.value,
+                "std_error": one.row.measured.std_error,
+                "dof": one.row.measured.dof,
+                "pull": one.pull,
             }
-            for row in outcome.rows
+            for one in outcome.rows
         ],
     }

@@ -107,12 +107,34 @@ def _excess_of_maximum(model: ShadingModel) -> float:
     rows, columns = (np.linspace(0.0, size - 1.0, count) for size, count in zip(model.plane_shape, _GRID, strict=True))
     row = np.append(np.repeat(rows, columns.size), model.centre[0])
     column = np.append(np.tile(columns, rows.size), model.centre[1])
-    value, covariance = model.surface_and_covariance(row, column)
-    variance, axes = np.linalg.eigh(covariance)
-    kept = variance > 1e-9 * variance[-1]
-    moves = (axes[:, kept] * np.sqrt(variance[kept])) @ hadamard(256)[1 : 1 + np.count_nonzero(kept)]
-    moved = value[:, None] + moves
+    value = model.surface(row, column)
+    axes = _axes_of_errors(model.equation.jacobian(row, column, model.values), model.covariance)
+    moved = value[:, None] + axes @ hadamard(256)[1 : 1 + axes.shape[1]]
     return float(np.mean(np.max(moved - moved[-1], axis=0)))
+
+
+def _axes_of_errors(slopes: NDArray[np.float64], covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the axes of the errors of n places, each as long as its standard error, shape (n, axes) [DN].
+
+    They are the eigenvectors of slopes' C slopes, found in the smaller space of the parameters.
+
+    Parameters
+    ----------
+    slopes
+        Derivatives by the parameters, shape (parameters, n).
+    covariance
+        C, of the parameters.
+
+    """
+    variance, directions = np.linalg.eigh(covariance)
+    factor = (directions * np.sqrt(np.maximum(variance, 0.0))).T @ slopes
+    if factor.shape[0] > factor.shape[1]:
+        variance, axes = np.linalg.eigh(factor.T @ factor)
+        axes *= np.sqrt(np.maximum(variance, 0.0))
+    else:
+        variance, turned = np.linalg.eigh(factor @ factor.T)
+        axes = factor.T @ turned
+    return axes[:, variance > 1e-9 * variance[-1]]
 
 
 def residual_rms(model: ShadingModel, data: ShadingData) -> Measured:

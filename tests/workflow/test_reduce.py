@@ -18,6 +18,8 @@ from fullwell.findings import Severity
 from fullwell.frames.series import Camera, Frame, Kind, Series, Study
 from fullwell.raw.open import read_header
 from fullwell.raw.write import write_dng
+from fullwell.statistics.accumulation import Accumulation
+from fullwell.statistics.batch import Batch
 from fullwell.statistics.burst import burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments, stack_of
@@ -126,6 +128,27 @@ def test_reduction_equals_statistics_of_the_mosaics(study: tuple[Study, Mosaics]
     files = {name: xxhash.xxh3_128((study[0].root / name).read_bytes()).hexdigest() for name in sorted(study[1])}
     assert found.hashes == files
     assert found.excluded == found.findings == ()
+
+
+@pytest.mark.parametrize("workers", [1, 2, 7])
+@pytest.mark.usefixtures("memory")
+def test_pairs_depend_on_the_files_alone(
+    study: tuple[Study, Mosaics], monkeypatch: pytest.MonkeyPatch, workers: int
+) -> None:
+    seen: list[tuple[str, str]] = []
+    original = Accumulation.add
+
+    def add(self: Accumulation, batch: Batch, *, first_band: int = 0) -> None:
+        seen.extend((batch.names[one], batch.names[other]) for one, other in batch.pairs)
+        original(self, batch, first_band=first_band)
+
+    monkeypatch.setattr(Accumulation, "add", add)
+    (study[0].root / "dark-0.02-05.dng").unlink()
+    reduce_study(study[0], workers=workers, tile=TILE)
+    flat = [(f"flat-0.02-{k:02d}.dng", f"flat-0.02-{k + 1:02d}.dng") for k in (0, 2, 4, 6)]
+    short = [(f"flat-0.01-{k:02d}.dng", f"flat-0.01-{k + 1:02d}.dng") for k in (0, 2)]
+    dark = [(f"dark-0.02-{k:02d}.dng", f"dark-0.02-{k + 1:02d}.dng") for k in (0, 2)]  # the fifth closes the burst
+    assert sorted(seen) == sorted([*flat, *short, *dark])
 
 
 @pytest.mark.usefixtures("memory")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack, add_band, count_codes
 from fullwell.raw.cfa import cell as cell_of
+from fullwell.statistics.batch import Batch
 from fullwell.statistics.exact import sum_of_squares
 
 MOST_FRAMES: Final = 65536
@@ -170,25 +171,40 @@ class Moments:
 
         """
         most = max(1, (CODES - 1) // self.layout.tile)
-        if len(names) > most:
-            for start in range(0, len(names), most):
-                part = Stack(stack.codes, stack.starts[start : start + most], stack.width)
-                self.add(names[start : start + most], part, first_band=first_band)
-            return
-        self._refuse(names, stack)
-        if not names:
-            return
-        frames = self._frame_sums(len(names))
-        counted = self._counted(names)
-        histogram = np.zeros((self.layout.sites, CODES if counted else 1), np.int64)
-        chosen = Stack(stack.codes, stack.starts[[names.index(name) for name in counted]], stack.width)
-        for step in range(len(self._bands)):
-            at = (first_band + step) % len(self._bands)
-            with self._band_locks[at]:
-                add_band(stack, self._bands[at], self.maps, frames, self._fresh[at])
-                self._fresh[at] = False
-            if counted:
-                count_codes(chosen, self._bands[at], histogram)
+        for start in range(0, len(names), most):
+            part = Stack(stack.codes, stack.starts[start : start + most], stack.width)
+            addition = self.begin(Batch(names[start : start + most], part))
+            for step in range(len(self._bands)):
+                addition.add(part, self._bands[(first_band + step) % len(self._bands)])
+            addition.commit()
+
+    def begin(self, batch: Batch) -> "MomentsAddition":
+        """Return what takes the rows of a batch; may be called from several threads at once.
+
+        Raises
+        ------
+        ValueError
+            If a name is there already, or there are too many frames.
+
+        """
+        with self._lock:
+            self._refuse_names(batch.names)
+            so_far = self.histogram_frames
+        counted = batch.names if self.every_histogram else (min(batch.names),)
+        skipped = not self.every_histogram and bool(so_far) and so_far[0] < counted[0]
+        return MomentsAddition(self, batch.names, counted=() if skipped else counted)
+
+    def add_rows(self, stack: Stack, band: Band, frames: FrameSums) -> None:
+        """Add a row of tiles to the maps and extremes, and to the sums of each frame, which are the caller's."""
+        at = band.top // (band.cell * band.tile)
+        with self._band_locks[at]:
+            add_band(stack, band, self.maps, frames, self._fresh[at])
+            self._fresh[at] = False
+
+    def commit(
+        self, names: Sequence[str], frames: FrameSums, *, counted: tuple[str, ...], histogram: NDArray[np.int64]
+    ) -> None:
+        """Add the sums of each frame once all its rows are added; ``counted`` are the frames of ``histogram``."""
         with self._lock:
             self._commit(names, frames)
             if counted:
@@ -226,35 +242,11 @@ class Moments:
         if other.histogram_frames:
             self._commit_histogram(other.histogram_frames, other.histogram)
 
-    def _frame_sums(self, frames: int) -> FrameSums:
-        layout = self.layout
-        return FrameSums(
-            rows=np.zeros((frames, layout.height, layout.cell), np.uint64),
-            columns=np.zeros((frames, layout.cell, layout.width), np.uint64),
-            tiles=np.zeros((frames, layout.sites, *layout.tiles), np.uint64),
-        )
-
-    def _refuse(self, names: Sequence[str], stack: Stack) -> None:
-        pixels = self.layout.height * self.layout.width
-        if len(names) != stack.starts.size or stack.width != self.layout.width:
-            raise ValueError("frames and their names or sizes do not match")
-        if stack.starts.size and (stack.starts.min() < 0 or stack.starts.max() + pixels > stack.codes.size):
-            raise ValueError("a frame lies outside its block of memory")
-        with self._lock:
-            self._refuse_names(names)
-
     def _refuse_names(self, names: Sequence[str]) -> None:
         if len(set(names)) != len(names) or any(name in self.frame_sums for name in names):
             raise ValueError("a frame was given twice")
         if len(self.frame_sums) + len(names) > MOST_FRAMES:
             raise ValueError(f"a series holds at most {MOST_FRAMES} frames")
-
-    def _counted(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return the frames whose codes are to be counted."""
-        if self.every_histogram or not names:
-            return tuple(names)
-        first, so_far = min(names), self.histogram_frames
-        return () if so_far and so_far[0] < first else (first,)
 
     def _commit(self, names: Sequence[str], frames: FrameSums) -> None:
         """Add the margins of some frames."""
@@ -290,3 +282,53 @@ class Moments:
             beyond = theirs < mine if lower else theirs > mine
             count[...] = np.where(beyond, their_count, np.where(theirs == mine, count + their_count, count))
             mine[...] = np.where(beyond, theirs, mine)
+
+
+class MomentsAddition:
+    """A batch on its way into moments, in the hands of one thread.
+
+    Parameters
+    ----------
+    moments
+        Where it goes.
+    names
+        Of its frames.
+    counted
+        Those whose codes are counted.
+
+    """
+
+    def __init__(self, moments: Moments, names: tuple[str, ...], *, counted: tuple[str, ...]) -> None:
+        layout, frames = moments.layout, len(names)
+        self._moments = moments
+        self._names = names
+        self._counted = counted
+        self._places = [names.index(name) for name in counted]
+        self._frames = FrameSums(
+            rows=np.zeros((frames, layout.height, layout.cell), np.uint64),
+            columns=np.zeros((frames, layout.cell, layout.width), np.uint64),
+            tiles=np.zeros((frames, layout.sites, *layout.tiles), np.uint64),
+        )
+        self._histogram = np.zeros((layout.sites, CODES if counted else 1), np.int64)
+
+    def add(self, stack: Stack, band: Band) -> None:
+        """Add a row of tiles of every frame.
+
+        Raises
+        ------
+        ValueError
+            If frames and their names or sizes do not match.
+
+        """
+        if len(self._names) != stack.starts.size or stack.width != self._moments.layout.width:
+            raise ValueError("frames and their names or sizes do not match")
+        first, last = stack.starts.min() + band.top * stack.width, stack.starts.max() + band.bottom * stack.width
+        if first < 0 or last > stack.codes.size:
+            raise ValueError("a frame lies outside its block of memory")
+        self._moments.add_rows(stack, band, self._frames)
+        if self._counted:
+            count_codes(Stack(stack.codes, stack.starts[self._places], stack.width), band, self._histogram)
+
+    def commit(self) -> None:
+        """Add what was summed up over the rows."""
+        self._moments.commit(self._names, self._frames, counted=self._counted, histogram=self._histogram)

@@ -21,11 +21,10 @@ from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
-from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.workflow.executor import Progress, run_threads
-from fullwell.workflow.schedule import OpenSeries, Schedule
+from fullwell.workflow.schedule import Group, OpenSeries, Schedule
 from fullwell.workflow.scratch import KeptSums
 from fullwell.workflow.slots import Slots
 
@@ -110,7 +109,7 @@ def reduce_study(
     # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
     useful = max(LEGACY_FRAMES, -(-len(frames) // (8 * workers)))
     apart = any(frame.header.compression != "none" for frame in frames)
-    slots = min(MOST_SLOTS, useful, max(1, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart))
+    slots = max(2, min(MOST_SLOTS, useful, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart))
     most_open = max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels)))
     schedule = Schedule(series, most_open=most_open, workers=workers)
     task = _Reducer(schedule=schedule, layout=layout, slots=slots, slot_bytes=slot_bytes, kept=kept, progress=progress)
@@ -152,67 +151,67 @@ class _Reducer:
         """Add frames until there are none left, as one thread of several."""
         layout = self._layout
         slots = Slots(slots=self._slots, slot_bytes=self._slot_bytes, height=layout.height, width=layout.width)
-        first_band = index * len(self._layout.bands()) // self._schedule.workers
+        first_band = index * len(layout.bands()) // self._schedule.workers
         while (task := self._schedule.take(stop)) is not None:
             opened, first = task
+            slots.clear()
             if first:
                 self._add_first(opened, slots, stop)
             else:
                 self._add_some(opened, slots, stop, first_band=first_band)
             if self._schedule.give_back(opened) and not stop.is_set():
                 self._finish(opened, slots)
-        self._hashes.update(slots.hashes)
 
     def _add_first(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:
         """Add the first frames of a series before any other, and keep their sums where more are to come."""
-        self._schedule.begin(opened, self._layout, every_histogram=opened.unlit)
-        slots.clear()
-        for frame in opened.first:
+        self._schedule.begin(opened, self._layout)
+        pairs: list[Group] = []
+        for group in opened.first:
             if stop.is_set():
                 return
-            if slots.full:
-                opened.moments.add(slots.names, slots.stack())
+            if not slots.fits(len(group)):
+                opened.sums.add(slots.batch(pairs))
                 slots.clear()
-            self._read(frame, slots)
-        if slots.names:
-            opened.moments.add(slots.names, slots.stack())
-        if len(opened.series.frames) > LEGACY_FRAMES == len(opened.moments.names):
-            opened.bursts = burst_sums(opened.moments)
+            self._read(group, opened, slots)
+            pairs.append(group)
+        if not slots.empty:
+            opened.sums.add(slots.batch(pairs))
+        if len(opened.series.frames) > LEGACY_FRAMES:
+            opened.sums.close_burst()
         opened.begun.set()
 
     def _add_some(self, opened: OpenSeries, slots: Slots, stop: Event, *, first_band: int) -> None:
         """Add some of the other frames of a series: as many as there is room for, so that the maps are touched rarely.
 
-        Frames are taken one by one, so that all threads come to the end together.
+        Frames are taken two by two, so that all threads come to the end together.
         """
-        slots.clear()
-        while not (slots.full or stop.is_set()) and (frame := self._schedule.next_frame(opened)):
-            self._read(frame, slots)
-        if slots.names and self._schedule.wait_for_burst(opened, stop):
-            opened.moments.add(slots.names, slots.stack(), first_band=first_band)
+        pairs: list[Group] = []
+        while slots.fits(2) and not stop.is_set() and (group := self._schedule.next_group(opened)):
+            self._read(group, opened, slots)
+            pairs.append(group)
+        if not slots.empty and self._schedule.wait_for_burst(opened, stop):
+            opened.sums.add(slots.batch(pairs), first_band=first_band)
 
-    def _read(self, frame: Frame, slots: Slots) -> None:
-        """Read a frame into a slot, or leave it out and say why."""
-        try:
-            slots.read(frame)
-        except RawFileError as error:
-            self._excluded.append(Exclusion(name=frame.name, code=error.code, reason=error.message))
-        except FileNotFoundError:
-            self._excluded.append(Exclusion(name=frame.name, code="file-missing", reason="the file does not exist"))
-        except OSError as error:
-            reason = f"the file cannot be read ({error.strerror or error})"
-            self._excluded.append(Exclusion(name=frame.name, code="file-unreadable", reason=reason))
-        if self._progress is not None:
-            self._progress.advance()
+    def _read(self, group: Group, opened: OpenSeries, slots: Slots) -> None:
+        """Read frames into slots, or leave them out and say why."""
+        for frame in group:
+            try:
+                slots.read(frame, opened.hashes)
+            except (RawFileError, OSError) as error:
+                opened.excluded.append(exclusion_of(frame, error))
+            if self._progress is not None:
+                self._progress.advance()
 
     def _finish(self, opened: OpenSeries, slots: Slots) -> None:
-        """Turn the complete moments of a series into statistics and let their maps go."""
-        names = opened.moments.names
-        if opened.unlit and len(names) > LEGACY_FRAMES and opened.bursts is None:
-            opened.bursts = self._burst_again(opened, names[:LEGACY_FRAMES], slots)
-        if names:
-            self._kept.keep(opened.series.key, opened.moments.maps.codes)
-            self._statistics[opened.series.key] = finalize(opened.moments, bursts=opened.bursts)
+        """Turn the complete sums of a series into statistics and let their maps go."""
+        sums = opened.sums
+        if opened.unlit and len(sums.names) > LEGACY_FRAMES and sums.bursts is None:
+            sums.bursts = self._burst_again(opened, sums.names[:LEGACY_FRAMES], slots)
+        self._hashes.update(opened.hashes)
+        self._excluded += opened.excluded
+        if sums.names:
+            self._kept.keep(opened.series.key, sums.moments.maps.codes)
+            self._statistics[opened.series.key] = sums.finish()
         self._schedule.close(opened)
 
     def _burst_again(self, opened: OpenSeries, names: Sequence[str], slots: Slots) -> tuple[BurstSums, ...]:
@@ -221,8 +220,9 @@ class _Reducer:
         for frame in opened.series.frames:
             if frame.name in names:
                 slots.clear()
-                slots.read(frame)
-                moments.add(slots.names, slots.stack())
+                slots.read(frame, opened.hashes)
+                batch = slots.batch()
+                moments.add(batch.names, batch.stack)
         return burst_sums(moments)
 
     def reduction(self, series: Sequence[Series]) -> Reduction:
@@ -235,3 +235,13 @@ class _Reducer:
             findings=exclusion_findings(excluded),
             sums=self._kept.sums(series),
         )
+
+
+def exclusion_of(frame: Frame, error: RawFileError | OSError) -> Exclusion:
+    """Return why a frame is left out that could not be read."""
+    if isinstance(error, RawFileError):
+        return Exclusion(name=frame.name, code=error.code, reason=error.message)
+    if isinstance(error, FileNotFoundError):
+        return Exclusion(name=frame.name, code="file-missing", reason="the file does not exist")
+    reason = f"the file cannot be read ({error.strerror or error})"
+    return Exclusion(name=frame.name, code="file-unreadable", reason=reason)

@@ -3,11 +3,19 @@
 from collections import deque
 from collections.abc import Sequence
 from threading import Condition, Event
+from typing import Final
 
-from fullwell.frames.series import Frame, Kind, Series
-from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
-from fullwell.statistics.moments import Layout, Moments
+from fullwell.frames.series import Exclusion, Frame, Kind, Series
+from fullwell.statistics.accumulation import Accumulation
+from fullwell.statistics.burst import LEGACY_FRAMES
+from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import POLL_S
+
+UNLIT: Final = frozenset({Kind.DARK, Kind.BIAS})
+
+
+Group = tuple[Frame, ...]
+"""Two frames that follow each other by name, or the last of an odd number: one thread reads them, into one batch."""
 
 
 class OpenSeries:
@@ -27,30 +35,36 @@ class OpenSeries:
     def __init__(self, series: Series) -> None:
         frames = sorted(series.frames, key=lambda frame: frame.name)
         self.series = series
-        self.unlit = series.kind in {Kind.DARK, Kind.BIAS}
+        self.unlit = series.kind in UNLIT
         own = LEGACY_FRAMES if self.unlit or len(frames) <= LEGACY_FRAMES else 0
-        self.first = frames[:own]
-        self.rest = deque(frames[own:])
+        self.first = groups_of(frames[:own])
+        self.rest = deque(groups_of(frames[own:]))
         self.busy = 0
         self.begun = Event()
-        self.bursts: tuple[BurstSums, ...] | None = None
-        self._moments: Moments | None = None
+        self.hashes: dict[str, str] = {}
+        self.excluded: list[Exclusion] = []
+        self._sums: Accumulation | None = None
 
-    def open(self, moments: Moments) -> None:
-        """Take empty moments to add to."""
-        self._moments = moments
+    def open(self, sums: Accumulation) -> None:
+        """Take empty sums to add to."""
+        self._sums = sums
 
-    def release(self) -> Moments:
-        """Let the moments go."""
-        moments, self._moments = self.moments, None
-        return moments
+    def release(self) -> Accumulation:
+        """Let the sums go."""
+        sums, self._sums = self.sums, None
+        return sums
 
     @property
-    def moments(self) -> Moments:
-        """Return the moments of an open series."""
-        if self._moments is None:
+    def sums(self) -> Accumulation:
+        """Return the sums of an open series."""
+        if self._sums is None:
             raise RuntimeError("the series is not open")
-        return self._moments
+        return self._sums
+
+
+def groups_of(frames: Sequence[Frame]) -> tuple[Group, ...]:
+    """Return frames two by two."""
+    return tuple(tuple(frames[at : at + 2]) for at in range(0, len(frames), 2))
 
 
 class Schedule:
@@ -71,7 +85,7 @@ class Schedule:
         self.workers = workers
         self._waiting = deque(series)
         self._open: list[OpenSeries] = []
-        self._spare: list[Moments] = []
+        self._spare: list[Accumulation] = []
         self._most_open = most_open
         self._changed = Condition()
 
@@ -93,7 +107,7 @@ class Schedule:
                 self._changed.wait(POLL_S)
         return None
 
-    def next_frame(self, opened: OpenSeries) -> Frame | None:
+    def next_group(self, opened: OpenSeries) -> Group | None:
         """Return the next of the frames that are anybody's, or None when all are taken."""
         with self._changed:
             return opened.rest.popleft() if opened.rest else None
@@ -111,13 +125,13 @@ class Schedule:
             opened.busy -= 1
             return not opened.rest and opened.busy == 0
 
-    def begin(self, opened: OpenSeries, layout: Layout, *, every_histogram: bool) -> None:
-        """Give a series its moments: those of a finished one if there are any, since new memory takes its time."""
+    def begin(self, opened: OpenSeries, layout: Layout) -> None:
+        """Give a series its sums: those of a finished one if there are any, since new memory takes its time."""
         with self._changed:
             spare = self._spare.pop() if self._spare else None
         if spare is not None:
-            spare.clear(every_histogram=every_histogram)
-        opened.open(spare or Moments(layout, every_histogram=every_histogram))
+            spare.clear(unlit=opened.unlit)
+        opened.open(spare or Accumulation(layout, unlit=opened.unlit))
 
     def close(self, opened: OpenSeries) -> None:
         """Let a finished series go, so that the next may be opened."""

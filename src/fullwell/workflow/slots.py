@@ -1,5 +1,6 @@
 """Raw files are read into memory that is used again and again."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +12,7 @@ from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
 from fullwell.kernels.moments import Stack
 from fullwell.raw.open import decode
+from fullwell.statistics.batch import Batch
 
 _LINE: Final = 64
 _PIECE: Final = 1 << 18
@@ -37,16 +39,26 @@ class Slots:
         self._shape = (height, width)
         self._compressed: NDArray[np.uint8] | None = None
         self._starts: list[int] = []
-        self.names: list[str] = []
-        self.hashes: dict[str, str] = {}
+        self._places: dict[str, int] = {}
+
+    def fits(self, files: int) -> bool:
+        """Return whether there is room for so many more."""
+        return (len(self._starts) + files) * self.slot_bytes <= self._block.nbytes
 
     @property
-    def full(self) -> bool:
-        """Return whether no further file fits."""
-        return (len(self._starts) + 1) * self.slot_bytes > self._block.nbytes
+    def empty(self) -> bool:
+        """Return whether there is no mosaic."""
+        return not self._starts
 
-    def read(self, frame: Frame) -> None:
+    def read(self, frame: Frame, hashes: dict[str, str]) -> None:
         """Read a file, hash it and decode it; a file that fails takes no room.
+
+        Parameters
+        ----------
+        frame
+            The file.
+        hashes
+            Where its hash is put, by name, once it has been read; also if it cannot be decoded then.
 
         Raises
         ------
@@ -59,13 +71,13 @@ class Slots:
         first = len(self._starts) * self.slot_bytes
         slot = self._block[first : first + self.slot_bytes]
         stored = slot if frame.header.compression == "none" else self._apart()
-        data, self.hashes[frame.name] = _read_into(frame.header.path, stored.data)
+        data, hashes[frame.name] = _read_into(frame.header.path, stored.data)
         target = slot[: 2 * self._shape[0] * self._shape[1]].view(np.uint16).reshape(self._shape)
         mosaic = decode(frame.header, data, out=None if stored is slot else target)
         if mosaic.shape != self._shape:
             raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
+        self._places[frame.name] = len(self._starts)
         self._starts.append(self._place(mosaic, first))
-        self.names.append(frame.name)
 
     def _apart(self) -> NDArray[np.uint8]:
         """Return memory for a file whose mosaic is decoded into its slot, taken once."""
@@ -73,16 +85,25 @@ class Slots:
             self._compressed = np.empty(self.slot_bytes, np.uint8)
         return self._compressed
 
-    def stack(self) -> Stack:
-        """Return the mosaics as they lie."""
+    def batch(self, groups: Sequence[Sequence[Frame]] = ()) -> Batch:
+        """Return the mosaics as they lie; pairs are the groups of two of which both are there."""
         codes = self._codes.view()
         codes.flags.writeable = False
-        return Stack(codes, np.array(self._starts, dtype=np.int64), self._shape[1])
+        at = self._places
+        return Batch(
+            tuple(at),
+            Stack(codes, np.array(self._starts, dtype=np.int64), self._shape[1]),
+            pairs=[
+                (at[group[0].name], at[group[1].name])
+                for group in groups
+                if len(group) == 2 and all(frame.name in at for frame in group)
+            ],
+        )
 
     def clear(self) -> None:
-        """Make room for other files; the hashes stay."""
+        """Make room for other files."""
         self._starts.clear()
-        self.names.clear()
+        self._places.clear()
 
     def _place(self, mosaic: NDArray[np.uint16], first: int) -> int:
         """Return where in the block a mosaic begins [code], after copying it there unless it is there already."""

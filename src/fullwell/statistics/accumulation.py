@@ -1,0 +1,92 @@
+"""Everything that is summed up over the frames of a series, from one reading of each.
+
+To sum up something else: write an `Accumulator`, add it to `Accumulation`, and turn it into numbers in `finish`. Each
+row of tiles of a batch is handed to every accumulator while it is in the cache.
+"""
+
+from fullwell.statistics.batch import Accumulator, Batch
+from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
+from fullwell.statistics.finalize import finalize
+from fullwell.statistics.moments import Layout, Moments
+from fullwell.statistics.series import SeriesStatistics
+
+
+class Accumulation:
+    """Exact sums over the frames of a series.
+
+    Batches may be added from several threads at once; other methods expect that nobody adds.
+
+    Parameters
+    ----------
+    layout
+        Size of the mosaic, its planes and tiles.
+    unlit
+        Whether the series is of dark or bias frames: the codes of all frames are counted then, and the first five
+        frames by name, which the published read noise is made of, must be added before any other.
+
+    """
+
+    def __init__(self, layout: Layout, *, unlit: bool) -> None:
+        self.layout = layout
+        self.unlit = unlit
+        self.moments = Moments(layout, every_histogram=unlit)
+        self.bursts: tuple[BurstSums, ...] | None = None
+
+    @property
+    def _accumulators(self) -> tuple[Accumulator, ...]:
+        return (self.moments,)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the frames, sorted."""
+        return self.moments.names
+
+    def clear(self, *, unlit: bool) -> None:
+        """Forget all frames: memory that is used again takes no time to come by."""
+        self.unlit = unlit
+        self.moments.clear(every_histogram=unlit)
+        self.bursts = None
+
+    def add(self, batch: Batch, *, first_band: int = 0) -> None:
+        """Add frames.
+
+        Parameters
+        ----------
+        batch
+            The frames.
+        first_band
+            Where to begin, modulo the number of bands: threads that begin apart do not wait for each other.
+
+        """
+        bands = self.layout.bands()
+        additions = [accumulator.begin(batch) for accumulator in self._accumulators]
+        for step in range(len(bands)):
+            band = bands[(first_band + step) % len(bands)]
+            stack = batch.rows(band)
+            for addition in additions:
+                addition.add(stack, band)
+        for addition in additions:
+            addition.commit()
+
+    def close_burst(self) -> None:
+        """Keep the sums of the first five frames, where these are all that was added so far."""
+        if len(self.names) == LEGACY_FRAMES:
+            self.bursts = burst_sums(self.moments)
+
+    def merge(self, other: "Accumulation") -> None:
+        """Add the frames of another accumulation of the same layout, which is left as it is.
+
+        Raises
+        ------
+        ValueError
+            If the layouts differ, a frame is in both, or both hold a first burst.
+
+        """
+        if self.bursts is not None and other.bursts is not None:
+            raise ValueError("a series has one first burst")
+        self.moments.merge(other.moments)
+        self.bursts = self.bursts or other.bursts
+
+    def finish(self) -> SeriesStatistics:
+        """Return the numbers of the series, which holds at least one frame."""
+        return finalize(self.moments, bursts=self.bursts)

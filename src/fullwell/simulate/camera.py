@@ -5,7 +5,7 @@ depends on the seed, the frame and the pixel alone. A new process is a new funct
 own, and changes no number that any other process draws.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 import numpy as np
@@ -15,10 +15,14 @@ from fullwell.kernels.random import Draws, normal
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import cell
 from fullwell.simulate import adc, charge, optics, photons, readout, scene
+from fullwell.simulate.chart import Painting
+from fullwell.simulate.config import SimulationConfig
+from fullwell.simulate.optics import Lens
 from fullwell.simulate.shot import Camera, Exposure, FloatArray, Shot, Stream, Tile, tiles
 
 Stage = Callable[[FloatArray, Shot], FloatArray]
 
+_NO_PATTERN: Final = np.empty((0, 0), dtype=np.float32)
 STAGES: Final[tuple[Stage, ...]] = (
     scene.light,  # where the light comes from
     optics.illumination,  # what the lens lets through, and its flare
@@ -31,29 +35,50 @@ STAGES: Final[tuple[Stage, ...]] = (
 
 
 def build(
-    sensor: SensorParameters, *, seed: int, lens: NDArray[np.float32] | None = None, flare: float = 0.0
+    sensor: SensorParameters,
+    *,
+    seed: int,
+    lens: Lens | None = None,
+    at_iso: Mapping[float, SensorParameters] | None = None,
+    chart: Painting | None = None,
 ) -> Camera:
     """Return one individual camera: the seed decides its fixed patterns.
 
     Parameters
     ----------
     sensor
-        Parameters.
+        Parameters at the base ISO.
     seed
         0 to 2^64 - 1.
     lens
-        Relative illumination times response, shape (height, width); None for a lens that shades nothing.
-    flare
-        Stray light as a fraction of the largest signal [1].
+        None for a lens that shades nothing.
+    at_iso
+        Parameters at ISOs where they differ.
+    chart
+        What frames of a chart show.
 
     """
+    sensors = {sensor.base_iso: sensor, **(at_iso or {})}
     return Camera(
         sensor=sensor,
+        sensors=sensors,
         seed=seed,
-        lens=optics.even(sensor) if lens is None else lens,
-        response=np.maximum(1.0 + _fixed_pattern(sensor, seed, Stream.PRNU, sensor.prnu), np.float32(0.0)),
-        dsnu=_fixed_pattern(sensor, seed, Stream.DSNU, sensor.dsnu),
-        flare=flare,
+        lens=optics.even(sensor) if lens is None else lens.map_for(sensor),
+        prnu=_pattern(sensor, seed, Stream.PRNU) if sensor.prnu else _NO_PATTERN,
+        dsnu=_pattern(sensor, seed, Stream.DSNU) if any(one.dsnu for one in sensors.values()) else _NO_PATTERN,
+        flare=0.0 if lens is None else lens.flare,
+        chart=chart,
+    )
+
+
+def camera_of(config: SimulationConfig) -> Camera:
+    """Return the individual camera that a config and its seed describe."""
+    return build(
+        config.sensor,
+        seed=config.seed,
+        lens=config.lens,
+        at_iso={float(iso): config.sensor_at(iso) for iso in config.isos},
+        chart=config.chart,
     )
 
 
@@ -75,10 +100,10 @@ def take(camera: Camera, exposure: Exposure, cover: Iterable[Tile] | None = None
         The mosaic, shape (height, width), uint16 [DN].
 
     """
-    sensor = camera.sensor
+    sensor = camera.sensor_at(exposure.iso)
     mosaic = np.empty((sensor.height, sensor.width), dtype=np.uint16)
     for tile in tiles(sensor.height, sensor.width) if cover is None else cover:
-        shot = Shot(camera=camera, exposure=exposure, tile=tile)
+        shot = Shot(camera=camera, sensor=sensor, exposure=exposure, tile=tile)
         array = np.empty((0, 0))
         for stage in STAGES:
             array = stage(array, shot)
@@ -86,10 +111,8 @@ def take(camera: Camera, exposure: Exposure, cover: Iterable[Tile] | None = None
     return mosaic
 
 
-def _fixed_pattern(sensor: SensorParameters, seed: int, stream: Stream, spread: float) -> NDArray[np.float32]:
-    """Return a pattern of the given spread and of mean zero over each CFA plane; an empty one where there is none."""
-    if spread == 0.0:
-        return np.empty((0, 0), dtype=np.float32)
+def _pattern(sensor: SensorParameters, seed: int, stream: Stream) -> NDArray[np.float32]:
+    """Return a pattern of spread 1 and of mean zero over each CFA plane."""
     pattern = np.empty((sensor.height, sensor.width), dtype=np.float32)
     for tile in tiles(sensor.height, sensor.width):
         first = tile.top * sensor.width
@@ -100,5 +123,4 @@ def _fixed_pattern(sensor: SensorParameters, seed: int, stream: Stream, spread: 
     for site in range(period * period):
         plane = pattern[site // period :: period, site % period :: period]
         plane -= plane.mean(dtype=np.float64)
-    pattern *= spread
     return pattern

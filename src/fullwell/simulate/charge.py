@@ -22,6 +22,12 @@ def collected(expected: FloatArray, shot: Shot) -> FloatArray:
     sensor = shot.sensor
     mean = np.full_like(expected, sensor.dark_current * shot.exposure.exposure_s)
     if shot.exposure.electrons:
-        mean += expected * shot.camera.response[shot.tile.window] if sensor.prnu else expected
+        mean += expected * _response(shot) if sensor.prnu else expected
     charge = poisson(mean, shot.draws(Stream.CHARGE))
     return np.minimum(charge, sensor.full_well, out=charge)
+
+
+def _response(shot: Shot) -> FloatArray:
+    """Return the response of each pixel relative to the mean of its CFA plane, never below 0 [1]."""
+    response = 1.0 + shot.sensor.prnu * shot.camera.prnu[shot.tile.window]
+    return np.maximum(response, 0.0, out=response)

@@ -4,6 +4,7 @@ Natural vignetting is cos^4 of the angle off the axis, raised to an exponent per
 differently; a map file takes its place where one was measured. Flare is an even veil on top of everything.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,9 @@ from numpy.typing import NDArray
 from fullwell.errors import UsageError
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import cell
+from fullwell.simulate.sensors import by_channel
 from fullwell.simulate.shot import FloatArray, Shot
+from fullwell.simulate.tables import CameraTable, LensTable
 
 
 def illumination(light: FloatArray, shot: Shot) -> FloatArray:
@@ -28,7 +31,48 @@ def illumination(light: FloatArray, shot: Shot) -> FloatArray:
     """
     camera = shot.camera
     seen = light * camera.lens[shot.tile.window]
-    return seen + camera.flare * shot.by_site(camera.sensor.response) if camera.flare else seen
+    return seen + camera.flare * shot.by_site(shot.sensor.response) if camera.flare else seen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lens:
+    """A lens.
+
+    Parameters
+    ----------
+    shading
+        ``none``, ``cos4``, or the path of a map.
+    exponents
+        Power of the fall-off per CFA site, row-major [1].
+    focal_length_mm
+        Distance of the exit pupil [mm].
+    flare
+        Stray light as a fraction of the largest signal [1].
+
+    """
+
+    shading: str
+    exponents: tuple[float, ...]
+    focal_length_mm: float
+    flare: float
+
+    def map_for(self, sensor: SensorParameters) -> NDArray[np.float32]:
+        """Return relative illumination times response of each pixel, shape (height, width) [1]."""
+        if self.shading == "none":
+            return even(sensor)
+        if self.shading == "cos4":
+            return cos4(sensor, focal_length_mm=self.focal_length_mm, exponents=self.exponents)
+        return mapped(sensor, Path(self.shading))
+
+
+def lens_of(table: LensTable, camera: CameraTable, *, folder: Path) -> Lens:
+    """Return the lens that a config describes; the path of a map is relative to ``folder``."""
+    return Lens(
+        shading=table.shading if table.shading in {"none", "cos4"} else str(folder / table.shading),
+        exponents=by_channel(camera, table.shading_exponent.model_dump()),
+        focal_length_mm=table.focal_length_mm,
+        flare=table.flare,
+    )
 
 
 def cos4(sensor: SensorParameters, *, focal_length_mm: float, exponents: tuple[float, ...]) -> NDArray[np.float32]:

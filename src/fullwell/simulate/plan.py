@@ -1,15 +1,20 @@
 """The plan of a study: every frame with its name, in the order in which frames are numbered.
 
-The exposures and electrons of flats are those at the base ISO. At another ISO both are divided by the amplification,
-as a photographer compensates: the light stays the same, and so do the codes.
+The exposures and electrons of flats and charts are those at the base ISO. At another ISO both are divided by the
+amplification, as a photographer compensates: the light stays the same, and so do the codes. Series that the config
+lists one by one are taken as they stand.
 """
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 from fullwell.frames.series import Kind
 from fullwell.simulate.config import SimulationConfig
+from fullwell.simulate.scene import CHART
 from fullwell.simulate.shot import Exposure
-from fullwell.simulate.tables import DarkTable, FlatTable
+from fullwell.simulate.tables import DarkTable, FlatTable, SeriesTable
+
+_SUBJECT: Final = {Kind.CHART: CHART, Kind.SCENE: "patches", Kind.FLAT: "flat", Kind.DARK: "flat", Kind.BIAS: "flat"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,12 +38,15 @@ class PlannedFrame:
 
 
 def plan(config: SimulationConfig) -> tuple[PlannedFrame, ...]:
-    """Return the frames of a study: flats, darks, bias frames by ISO, then scenes."""
+    """Return the frames of a study: flats, charts, darks, bias frames by ISO, then scenes and single series."""
     study, folders = config.study, config.study.folders
+    base_iso = config.table.camera.base_iso
     taken: list[tuple[str, Kind, Exposure]] = []
     for iso in study.isos:
         if study.flat:
-            taken += _flats(study.flat, folders.flat, iso, compensation=config.sensor.base_iso / iso)
+            taken += _lit(study.flat, folders.flat, iso, Kind.FLAT, compensation=base_iso / iso)
+        if study.chart:
+            taken += _lit(study.chart, folders.chart, iso, Kind.CHART, compensation=base_iso / iso)
         if study.dark:
             taken += _unlit(study.dark, folders.dark, iso, Kind.DARK)
         if study.bias:
@@ -48,6 +56,8 @@ def plan(config: SimulationConfig) -> tuple[PlannedFrame, ...]:
         for subject in scene.subjects:
             seen = Exposure(iso=iso, exposure_s=scene.exposure_s, electrons=scene.electrons, subject=subject)
             taken.append((f"{study.folders.scene}/{subject}", Kind.SCENE, seen))
+    for series in study.series:
+        taken += _stated(series, folders.model_dump()[series.kind])
     return tuple(
         PlannedFrame(name=name, kind=kind, exposure=replace(exposure, frame=number))
         for number, (name, kind, exposure) in enumerate(taken)
@@ -59,13 +69,15 @@ def nanosecond(exposure_s: float) -> float:
     return round(exposure_s * 1e9) / 1e9
 
 
-def _flats(table: FlatTable, folder: str, iso: int, *, compensation: float) -> list[tuple[str, Kind, Exposure]]:
+def _lit(
+    table: FlatTable, folder: str, iso: int, kind: Kind, *, compensation: float
+) -> list[tuple[str, Kind, Exposure]]:
     taken: list[tuple[str, Kind, Exposure]] = []
     for base_exposure_s, electrons in zip(table.exposures_s, table.electrons, strict=True):
         exposure_s = nanosecond(base_exposure_s * compensation)
         level = electrons * exposure_s / base_exposure_s
-        lit = Exposure(iso=float(iso), exposure_s=exposure_s, electrons=level)
-        taken += _burst(folder, Kind.FLAT, table.frames, lit)
+        lit = Exposure(iso=float(iso), exposure_s=exposure_s, electrons=level, subject=_SUBJECT[kind])
+        taken += _burst(folder, kind, table.frames, lit)
     return taken
 
 
@@ -75,6 +87,17 @@ def _unlit(table: DarkTable, folder: str, iso: int, kind: Kind) -> list[tuple[st
         unlit = Exposure(iso=float(iso), exposure_s=nanosecond(exposure_s))
         taken += _burst(folder, kind, table.frames, unlit)
     return taken
+
+
+def _stated(series: SeriesTable, folder: str) -> list[tuple[str, Kind, Exposure]]:
+    kind = Kind(series.kind)
+    taken = Exposure(
+        iso=float(series.iso),
+        exposure_s=nanosecond(series.exposure_s),
+        electrons=series.electrons,
+        subject=series.subject or _SUBJECT[kind],
+    )
+    return _burst(folder, kind, series.frames, taken)
 
 
 def _burst(folder: str, kind: Kind, frames: int, exposure: Exposure) -> list[tuple[str, Kind, Exposure]]:

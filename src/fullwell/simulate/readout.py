@@ -24,7 +24,7 @@ def read_out(charge: FloatArray, shot: Shot) -> FloatArray:
     else:
         signal = charge.copy()
     if sensor.dsnu:
-        signal += shot.camera.dsnu[tile.window]
+        signal += sensor.dsnu * shot.camera.dsnu[tile.window]
     if sensor.read_noise_row:
         row_draws = shot.line_draws(Stream.READ_NOISE_ROW, tile.top)
         signal += sensor.read_noise_row * normal((1, rows), row_draws).T

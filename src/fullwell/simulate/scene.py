@@ -14,6 +14,8 @@ from fullwell.simulate.shot import FloatArray, Shot
 
 Subject = Callable[[FloatArray, FloatArray, int], FloatArray]
 
+CHART: Final = "chart"
+"""The subject of frames of a chart."""
 _PATCHES: Final = (
     np.array(
         [
@@ -79,17 +81,25 @@ SUBJECTS: Final[dict[str, Subject]] = {
 
 def light(_nothing: FloatArray, shot: Shot) -> FloatArray:
     """Return the light of the scene at each pixel of the tile, relative to a response of 1 [1]."""
-    subject = shot.exposure.subject
-    if subject == "flat":
+    if shot.exposure.subject == "flat":
         return np.ones(shot.tile.shape)
     sensor, tile = shot.sensor, shot.tile
-    y = ((np.arange(tile.top, tile.bottom) + 0.5) / sensor.height)[:, None]
-    x = ((np.arange(tile.left, tile.right) + 0.5) / sensor.width)[None, :]
+    rows, columns = (
+        np.arange(first, last, dtype=np.float64) + 0.5
+        for first, last in ((tile.top, tile.bottom), (tile.left, tile.right))
+    )
     out = np.empty(tile.shape)
     period = cell(sensor.cfa)
     for site, channel in enumerate(channels(sensor.cfa)):
-        rows = slice((site // period - tile.top) % period, None, period)
-        columns = slice((site % period - tile.left) % period, None, period)
-        colour = {"R": 0, "B": 2}.get(channel, 1)
-        out[rows, columns] = SUBJECTS[subject](x[:, columns], y[rows, :], colour)
+        down = slice((site // period - tile.top) % period, None, period)
+        across = slice((site % period - tile.left) % period, None, period)
+        out[down, across] = _seen(shot, rows[down], columns[across], {"R": 0, "B": 2}.get(channel, 1))
     return out
+
+
+def _seen(shot: Shot, rows: FloatArray, columns: FloatArray, colour: int) -> FloatArray:
+    """Return the light of one colour at the outer product of rows and columns [1]."""
+    if shot.exposure.subject == CHART and shot.camera.chart is not None:
+        return shot.camera.chart.seen(rows, columns, colour)
+    x, y = columns[None, :] / shot.sensor.width, rows[:, None] / shot.sensor.height
+    return SUBJECTS[shot.exposure.subject](x, y, colour)

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from fullwell.kernels.random import Draws
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import cell
+from fullwell.simulate.chart import Painting
 
 FloatArray = NDArray[np.float64]
+Pattern = NDArray[np.float32]
 
 
 class Stream(IntEnum):
@@ -60,7 +62,7 @@ class Exposure:
     electrons
         Mean photo-electrons where scene, lens and response are 1 [e-]; 0 in the dark.
     subject
-        What the camera looks at: a name of `scene.SUBJECTS`.
+        What the camera looks at: a name of `scene.SUBJECTS`, or ``chart``.
     frame
         Number of the frame in the study: no two frames share their temporal noise.
 
@@ -80,27 +82,35 @@ class Camera:
     Parameters
     ----------
     sensor
-        Parameters.
+        Parameters at the base ISO.
+    sensors
+        Parameters at ISOs where they differ.
     seed
         Key of every random number.
     lens
         Relative illumination times the response of each pixel's site, shape (height, width), float32 [1].
-    response
-        Response of each pixel relative to the mean of its CFA plane, never below 0, shape (height, width), float32
-        [1]; empty without PRNU.
-    dsnu
-        Offset of each pixel, of mean zero over each CFA plane, shape (height, width), float32 [e-]; empty without.
+    prnu, dsnu
+        Patterns of spread 1 and of mean zero over each CFA plane, shape (height, width), float32; empty where the
+        sensor has none.
     flare
         Stray light everywhere, as a fraction of the largest signal [1].
+    chart
+        What frames of a chart show; None without one.
 
     """
 
     sensor: SensorParameters
+    sensors: dict[float, SensorParameters]
     seed: int
-    lens: NDArray[np.float32]
-    response: NDArray[np.float32]
-    dsnu: NDArray[np.float32]
+    lens: Pattern
+    prnu: Pattern
+    dsnu: Pattern
     flare: float = 0.0
+    chart: Painting | None = None
+
+    def sensor_at(self, iso: float) -> SensorParameters:
+        """Return the parameters at an ISO."""
+        return self.sensors.get(iso, self.sensor)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,13 +118,9 @@ class Shot:
     """One tile of one exposure of one camera."""
 
     camera: Camera
+    sensor: SensorParameters
     exposure: Exposure
     tile: Tile
-
-    @property
-    def sensor(self) -> SensorParameters:
-        """The camera's sensor."""
-        return self.camera.sensor
 
     def draws(self, stream: Stream) -> Draws:
         """Return one number per pixel of the tile."""

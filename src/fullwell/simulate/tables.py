@@ -18,14 +18,26 @@ Seconds = Annotated[
 ]
 Iso = Annotated[int, Field(ge=1, le=65534, description="a whole number from 1 to 65534")]
 FrameCount = Annotated[int, Field(ge=1, le=100_000, description="a whole number from 1 to 100000")]
+BlackLevel = Annotated[
+    Level | list[Level], Field(description="a number from 0 up to below white_level, in DN, or one per CFA site")
+]
+SystemGain = Annotated[
+    float, Field(gt=0.0, le=1000.0, allow_inf_nan=False, description="a number above 0 and up to 1000, in DN/e-")
+]
+Rate = Annotated[float, Field(ge=0.0, le=1e7, allow_inf_nan=False, description="a number from 0 to 1e7, in e-/s")]
+Percent = Annotated[float, Field(ge=0.0, le=20.0, allow_inf_nan=False, description="a number from 0 to 20, in percent")]
+Density = Annotated[float, Field(ge=0.0, le=10.0, allow_inf_nan=False, description="a density from 0 to 10")]
+Pixel = Annotated[int, Field(ge=0, le=65535, description="an even whole number of pixels")]
 Folder = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$", description="letters, digits, _ and -")]
 
 
-class _Table(BaseModel):
+class Table(BaseModel):
+    """Any table: no key but those it has, no value of another type."""
+
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class ChannelTable(_Table):
+class ChannelTable(Table):
     """Response per channel."""
 
     R: Response = 1.0
@@ -35,7 +47,7 @@ class ChannelTable(_Table):
     mono: Response = 1.0
 
 
-class ExponentTable(_Table):
+class ExponentTable(Table):
     """Power of the lens's fall-off per channel."""
 
     R: Exponent = 1.0
@@ -45,7 +57,21 @@ class ExponentTable(_Table):
     mono: Exponent = 1.0
 
 
-class CameraTable(_Table):
+class IsoTable(Table):
+    """One of ``[[camera.at_iso]]``: what is different at an ISO."""
+
+    iso: Iso
+    system_gain: SystemGain | None = None
+    black_level: BlackLevel | None = None
+    read_noise: Electrons | None = None
+    read_noise_post: Level | None = None
+    read_noise_row: Electrons | None = None
+    read_noise_column: Electrons | None = None
+    read_noise_frame: Electrons | None = None
+    dsnu: Electrons | None = None
+
+
+class CameraTable(Table):
     """``[camera]``: the sensor."""
 
     name: Annotated[str, Field(min_length=1, max_length=60, description="a name")] = "Fullwell simulated camera"
@@ -55,17 +81,13 @@ class CameraTable(_Table):
         Literal["RGGB", "GRBG", "GBRG", "BGGR", "mono"], Field(description="RGGB, GRBG, GBRG, BGGR or mono")
     ] = "RGGB"
     bit_depth: Annotated[int, Field(ge=8, le=16, description="a whole number from 8 to 16, in bits")] = 12
-    black_level: Annotated[
-        Level | list[Level], Field(description="a number from 0 up to below white_level, in DN, or one per CFA site")
-    ] = 256
+    black_level: BlackLevel = 256
     white_level: Annotated[
         int | None,
         Field(ge=1, le=65535, description="a whole number above black_level and up to 2^bit_depth - 1, in DN"),
     ] = None
     base_iso: Iso = 100
-    system_gain: Annotated[
-        float, Field(gt=0.0, le=1000.0, allow_inf_nan=False, description="a number above 0 and up to 1000, in DN/e-")
-    ] = 0.5
+    system_gain: SystemGain = 0.5
     full_well: Annotated[
         float, Field(gt=0.0, le=1e7, allow_inf_nan=False, description="a number above 0 and up to 1e7, in electrons")
     ] = 7000.0
@@ -74,13 +96,9 @@ class CameraTable(_Table):
     read_noise_row: Electrons = 0.0
     read_noise_column: Electrons = 0.0
     read_noise_frame: Electrons = 0.0
-    dark_current: Annotated[
-        float, Field(ge=0.0, le=1e7, allow_inf_nan=False, description="a number from 0 to 1e7, in e-/s")
-    ] = 0.0
+    dark_current: Rate = 0.0
     dsnu: Electrons = 0.0
-    prnu: Annotated[
-        float, Field(ge=0.0, le=20.0, allow_inf_nan=False, description="a number from 0 to 20, in percent")
-    ] = 0.0
+    prnu: Percent = 0.0
     channel_response: ChannelTable = ChannelTable()
     pixel_pitch_um: Annotated[
         float, Field(gt=0.0, le=1000.0, allow_inf_nan=False, description="a number above 0 and up to 1000, in um")
@@ -88,9 +106,10 @@ class CameraTable(_Table):
     voltage_swing_v: Annotated[
         float | None, Field(gt=0.0, le=100.0, allow_inf_nan=False, description="a number above 0 and up to 100, in V")
     ] = None
+    at_iso: Annotated[list[IsoTable], Field(description="tables of iso and what is different there")] = []
 
 
-class LensTable(_Table):
+class LensTable(Table):
     """``[lens]``: shading and flare."""
 
     shading: Annotated[str, Field(min_length=1, description="none, cos4, or the path of an .npy file")] = "none"
@@ -103,7 +122,7 @@ class LensTable(_Table):
     )
 
 
-class DarkTable(_Table):
+class DarkTable(Table):
     """``dark`` or ``bias`` of ``[study]``: exposures without light."""
 
     exposures_s: Annotated[
@@ -113,12 +132,12 @@ class DarkTable(_Table):
 
 
 class FlatTable(DarkTable):
-    """``flat`` of ``[study]``: exposures to even light."""
+    """``flat`` or ``chart`` of ``[study]``: exposures to light."""
 
     electrons: Annotated[list[Electrons], Field(min_length=1, description="one number per exposure, in electrons")]
 
 
-class SceneTable(_Table):
+class SceneTable(Table):
     """``scene`` of ``[study]``: pictures of something, at the lowest ISO."""
 
     subjects: Annotated[list[str], Field(min_length=1, description="a list of names of subjects")]
@@ -126,38 +145,90 @@ class SceneTable(_Table):
     electrons: Electrons = 3000.0
 
 
-class FolderTable(_Table):
+class SeriesTable(Table):
+    """One of ``[[study.series]]``: frames that are taken exactly as it says, whatever the ISO."""
+
+    kind: Annotated[
+        Literal["flat", "dark", "bias", "chart", "scene"], Field(description="flat, dark, bias, chart or scene")
+    ]
+    iso: Iso
+    exposure_s: Seconds
+    electrons: Electrons = 0.0
+    frames: FrameCount = 1
+    subject: Annotated[str | None, Field(min_length=1, description="the name of a subject, for a scene")] = None
+
+
+class FolderTable(Table):
     """``folders`` of ``[study]``: what each kind's folder is called."""
 
     flat: Folder = "flat"
     dark: Folder = "dark"
     bias: Folder = "bias"
+    chart: Folder = "chart"
     scene: Folder = "scene"
 
 
-class StudyTable(_Table):
+class StudyTable(Table):
     """``[study]``: what is taken."""
 
     isos: Annotated[list[Iso], Field(min_length=1, description="a list of whole numbers")] = [100]
     flat: FlatTable | None = None
     dark: DarkTable | None = None
     bias: DarkTable | None = None
+    chart: FlatTable | None = None
     scene: SceneTable | None = None
+    series: Annotated[list[SeriesTable], Field(description="tables of kind, iso, exposure_s, electrons, frames")] = []
     folders: FolderTable = FolderTable()
 
 
-class OutputTable(_Table):
+class OutputTable(Table):
     """``[output]``: what files are written."""
 
     format: Annotated[Literal["dng", "tiff", "headerless"], Field(description="dng, tiff or headerless")] = "dng"
     compression: Annotated[Literal["none", "lossless-jpeg"], Field(description="none or lossless-jpeg")] = "none"
 
 
-class ConfigTable(_Table):
+class PatchTable(Table):
+    """One of ``patches`` of ``[chart]``: a rectangle of one density."""
+
+    name: Annotated[str, Field(min_length=1, description="a name")]
+    x: Pixel
+    y: Pixel
+    width: Pixel
+    height: Pixel
+    density: Density | None = None
+    """None for a patch that nobody knows the density of: it is as light as the lightest."""
+
+
+class ChartTable(Table):
+    """``[chart]``: what the frames of kind chart show."""
+
+    name: Annotated[
+        str | None, Field(min_length=1, description="the name of a chart Fullwell knows, or the path of a chart's TOML")
+    ] = None
+    densities: Annotated[
+        list[Density] | str | None,
+        Field(description="a list of densities, or the path of a file that ends each line with one"),
+    ] = None
+    columns: Annotated[int | None, Field(ge=1, le=400, description="a whole number from 1 to 400")] = None
+    fill: Annotated[
+        float, Field(gt=0.0, le=1.0, description="a fraction above 0 and up to 1, of a patch in its spacing")
+    ] = 0.8
+    margin: Annotated[
+        float, Field(ge=0.0, lt=0.5, description="a fraction from 0 to below 0.5, of the frame around the chart")
+    ] = 0.05
+    surround: Annotated[
+        Density | None, Field(description="a density from 0 to 10; as the darkest patch by default")
+    ] = None
+    patches: list[PatchTable] = []
+
+
+class ConfigTable(Table):
     """The whole file."""
 
     seed: Annotated[int, Field(ge=0, lt=2**63, description="a whole number from 0 to 2^63 - 1")] = 1
     camera: CameraTable = CameraTable()
     lens: LensTable = LensTable()
+    chart: ChartTable = ChartTable()
     study: StudyTable = StudyTable()
     output: OutputTable = OutputTable()

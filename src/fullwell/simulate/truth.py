@@ -4,12 +4,14 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from fullwell.frames.series import Kind
 from fullwell.glossary import SNR_THRESHOLDS
 from fullwell.model.noise import noise_coefficients
 from fullwell.model.photon_transfer import signal_at_snr, signal_to_noise
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import channels
 from fullwell.simulate.config import SimulationConfig
+from fullwell.simulate.plan import PlannedFrame, plan
 from fullwell.units import (
     DECIBEL,
     DN,
@@ -60,10 +62,11 @@ class _Place:
     channel: str
     site: int
     iso: float
+    frames: tuple[PlannedFrame, ...]
 
     @property
     def sensor(self) -> SensorParameters:
-        return self.config.sensor
+        return self.config.sensor_at(self.iso)
 
     @property
     def system_gain(self) -> float:
@@ -91,9 +94,10 @@ def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
     if len(named) > 1 and len(set(config.sensor.black_level)) == 1:
         named.append((0, "all"))
     rows: list[TrueValue] = []
+    frames = plan(config)
     for site, channel in named:
-        for iso in config.study.isos:
-            place = _Place(config=config, channel=channel, site=site, iso=float(iso))
+        for iso in config.isos:
+            place = _Place(config=config, channel=channel, site=site, iso=float(iso), frames=frames)
             for part in _PARTS:
                 rows += part(place)
         rows += _before_and_after(config.sensor, channel)
@@ -109,7 +113,7 @@ def _levels(place: _Place) -> Iterator[TrueValue]:
 
 def _unlit_noise(place: _Place) -> Iterator[TrueValue]:
     sensor = place.sensor
-    exposure_s = _shortest_unlit(place.config)
+    exposure_s = _shortest_unlit(place)
     noises = [
         ("read_noise", sensor.dark_noise_at(place.iso, exposure_s)),
         ("read_noise_row", sensor.read_noise_row),
@@ -182,7 +186,11 @@ def _before_and_after(sensor: SensorParameters, channel: str) -> Iterator[TrueVa
         yield TrueValue(quantity=f"{quantity}_variance", channel=channel, unit=DN2, iso=None, value=value**2)
 
 
-def _shortest_unlit(config: SimulationConfig) -> float:
+def _shortest_unlit(place: _Place) -> float:
     """Return the exposure read noise is measured at [s]."""
-    table = config.study.bias or config.study.dark
-    return min(table.exposures_s) if table else 0.0
+    unlit = [
+        frame.exposure.exposure_s
+        for frame in place.frames
+        if frame.kind in {Kind.DARK, Kind.BIAS} and frame.exposure.iso == place.iso
+    ]
+    return min(unlit, default=0.0)

@@ -4,7 +4,6 @@ import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from importlib import resources
 from pathlib import Path
 from typing import Final
 
@@ -14,7 +13,7 @@ from fullwell.findings import Finding
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Camera
 from fullwell.report.write import check_target, write_files
-from fullwell.simulate.config import SimulationConfig, parse_config
+from fullwell.simulate.config import SimulationConfig, shipped_config
 from fullwell.simulate.truth import true_values
 from fullwell.workflow.characterize import measure
 from fullwell.workflow.executor import Progress
@@ -122,8 +121,7 @@ def camera_of(config: SimulationConfig) -> Camera:
 
 def pixel_study() -> SimulationConfig:
     """Return the published study of the Pixel 4a as a config (RESULTS 6)."""
-    file = resources.files("fullwell.simulate") / "cameras" / "pixel_4a.toml"
-    return parse_config(file.read_text(encoding="utf-8"), name=file.name, folder=Path())
+    return shipped_config("pixel-4a")
 
 
 def _comparison(outcome: DemoOutcome) -> Mapping[str, object]:

@@ -9,7 +9,8 @@ from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.files import holds_document, replaced_folder
-from fullwell.simulate.camera import build, take
+from fullwell.frames.series import Kind
+from fullwell.simulate.camera import camera_of, take
 from fullwell.simulate.config import SimulationConfig, read_config
 from fullwell.simulate.files import suffix, write_frame
 from fullwell.simulate.plan import PlannedFrame, plan
@@ -19,6 +20,7 @@ from fullwell.workflow.executor import Progress
 
 TRUTH: Final = "truth.json"
 SCHEMA: Final = "fullwell-truth/1"
+PATCHES: Final = "PATCHES.csv"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,9 +72,10 @@ def simulate_config(
     """Write the study of a config that was read already; otherwise as `simulate`."""
     _require_replaceable(out)
     frames = plan(config)
-    camera = build(config.sensor, seed=config.seed, lens=config.lens.map_for(config.sensor), flare=config.lens.flare)
+    camera = camera_of(config)
     with replaced_folder(out) as folder:
         _write_frames(config, camera, frames, folder, workers=workers, progress=progress)
+        _write_patches(camera, frames, folder)
         document = json.dumps(truth_document(config, frames), indent=1) + "\n"
         (folder / TRUTH).write_text(document, encoding="utf-8", newline="\n")
     return SimulatedStudy(root=out, config=config, frames=frames)
@@ -117,6 +120,13 @@ def _write_frames(
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def _write_patches(camera: Camera, frames: Sequence[PlannedFrame], folder: Path) -> None:
+    """Write where the patches are beside the shots of every ISO, where `characterize` looks for it."""
+    if camera.chart is not None:
+        for place in {frame.name.rpartition("/")[0] for frame in frames if frame.kind is Kind.CHART}:
+            camera.chart.write(folder / place / PATCHES)
 
 
 def _wait_for(futures: Sequence[Future[None]]) -> None:

@@ -37,6 +37,7 @@ def simulation(
     seed: int = 1,
     camera: Mapping[str, object] | None = None,
     lens: Mapping[str, object] | None = None,
+    chart: Mapping[str, object] | None = None,
     study: Mapping[str, object] | None = None,
     output: Mapping[str, object] | None = None,
 ) -> SimulationConfig:
@@ -46,7 +47,7 @@ def simulation(
     ----------
     seed
         Key of every random number: another seed is another camera of the same make.
-    camera, lens, output
+    camera, lens, chart, output
         Keys of the tables of RESULTS 6 to change.
     study
         The study; None is a small one with flats, darks and bias frames at one ISO.
@@ -61,6 +62,7 @@ def simulation(
         "seed": seed,
         "camera": {**SMALL_CAMERA, **(camera or {})},
         "lens": dict(lens or {}),
+        "chart": dict(chart or {}),
         "study": dict(SMALL_STUDY if study is None else study),
         "output": dict(output or {}),
     }

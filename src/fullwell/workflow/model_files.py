@@ -87,19 +87,34 @@ def _models_of_results(path: Path) -> tuple[GivenModel, ...]:
 
 def _recommended(path: Path) -> list[Row]:
     """Return the recommended rows of the whole plane."""
-    wrong = UsageError(f"{path} is no results document of Fullwell's ({SCHEMA}).")
     try:
-        document: object = json.loads(path.read_text(encoding="utf-8"))
+        rows = rows_of(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
-        raise wrong from error
+        raise UsageError(f"{path} is no results document of Fullwell's ({SCHEMA}).") from error
+    return [row for row in rows if row.region is None and row.exposure_s is None]
+
+
+def rows_of(document: object) -> list[Row]:
+    """Return the rows of a results document that have a value.
+
+    Parameters
+    ----------
+    document
+        ``results.json``, as JSON has it.
+
+    Raises
+    ------
+    ValueError
+        Where it is something else.
+
+    """
     if not isinstance(document, dict) or cast("Mapping[str, object]", document).get("schema") != SCHEMA:
-        raise wrong
+        raise ValueError(f"no results document of Fullwell's ({SCHEMA})")
     try:
         records = cast("Sequence[Mapping[str, object]]", cast("Mapping[str, object]", document)["results"])
-        rows = [_row(record) for record in records if record["value"] is not None]
-    except (KeyError, TypeError, ValueError) as error:
-        raise wrong from error
-    return [row for row in rows if row.region is None and row.exposure_s is None]
+        return [_row(record) for record in records if record["value"] is not None]
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"no results document of Fullwell's ({SCHEMA})") from error
 
 
 def _row(record: Mapping[str, object]) -> Row:

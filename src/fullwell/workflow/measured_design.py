@@ -1,0 +1,118 @@
+"""The design of a measured study: its series with their light, and the chart it looked at."""
+
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from typing import Final, cast
+
+from fullwell.raw.cfa import MONO
+from fullwell.workflow.measured_figures import Figures
+
+_SHORTEST_S: Final = 1e-6
+"""Exposure of bias frames whose files do not tell it."""
+_DARKEST: Final = 6.0
+"""Density of a patch whose signal is lost in its noise."""
+
+Entry = dict[str, object]
+
+
+def measured_series(figures: Figures, *, default_iso: int) -> list[Entry]:
+    """Return every series that was measured, as ``[[study.series]]`` has them; scenes are left out.
+
+    Parameters
+    ----------
+    figures
+        The results.
+    default_iso
+        What frames that tell no ISO are given.
+
+    """
+    found: list[Entry] = []
+    for one in figures.series:
+        kind, frames = str(one["kind"]), int(cast("int", one["frames"]))
+        iso = cast("float | None", one["iso"])
+        exposure_s = float(cast("float", one["exposure_s"] or _SHORTEST_S))
+        light = _light(figures, kind, iso, exposure_s)
+        if kind == "scene" or frames < 1 or iso not in figures.isos or light is None:
+            continue
+        entry: Entry = {
+            "kind": kind,
+            "iso": default_iso if iso is None else max(round(iso), 1),
+            "exposure_s": exposure_s,
+            "frames": frames,
+        }
+        found.append({**entry, "electrons": light} if light else entry)
+    return found
+
+
+def _light(figures: Figures, kind: str, iso: float | None, exposure_s: float) -> float | None:
+    """Return the electrons of a series at response 1: 0 in the dark, None where nobody knows them [e-]."""
+    if kind == "flat":
+        return flat_electrons(figures, iso, exposure_s)
+    return chart_electrons(figures, iso, exposure_s) if kind == "chart" else 0.0
+
+
+def flat_electrons(figures: Figures, iso: float | None, exposure_s: float) -> float | None:
+    """Return what a flat exposure came to in G1 or the one channel [e-].
+
+    Exposures that clip are told by those that do not, in proportion to their time; None without any.
+    """
+    signals = {seconds: dn for (name, seconds), dn in figures.signals(iso).items() if name in {"G1", MONO}}
+    if not signals:
+        return None
+    system_gain = figures.system_gain(iso)
+    if exposure_s in signals:
+        return max(signals[exposure_s], 0.0) / system_gain
+    rate = statistics.median(dn / seconds for seconds, dn in signals.items())
+    return max(rate * exposure_s, 0.0) / system_gain
+
+
+def chart_electrons(figures: Figures, iso: float | None, exposure_s: float) -> float | None:
+    """Return what a perfect white would have come to in G1 or the one channel in a shot of the chart [e-]."""
+    lights = _patch_lights(figures)
+    whites = [
+        signal / lights[patch]
+        for (name, at, seconds, patch), signal in figures.patch_signals().items()
+        if name in {"G1", MONO} and at == iso and seconds == exposure_s and lights.get(patch, 0.0) > 0.0
+    ]
+    return statistics.median(whites) / figures.system_gain(iso) if whites else None
+
+
+def measured_chart(figures: Figures) -> tuple[Entry, float]:
+    """Return the chart of a study as ``[chart]`` has it, and the flare; an empty table where there was none.
+
+    With every density known and a flare measured, both are taken as they are. Else the densities are those that the
+    signals amount to, with flare and lens in them.
+    """
+    patches = cast("Sequence[Mapping[str, object]]", figures.study.get("patches", ()))
+    if not patches:
+        return {}, 0.0
+    first = patches[0]["scene"]
+    own = [patch for patch in patches if patch["scene"] == first]
+    flare = figures.pooled("flare", "1")
+    stated = flare is not None and all(patch["density"] is not None for patch in own)
+    lights = _patch_lights(figures)
+    tables: list[Entry] = []
+    for patch in own:
+        density = cast("float", patch["density"]) if stated else _density(lights.get(str(patch["name"]), 0.0))
+        tables.append({**{key: patch[key] for key in ("name", "x", "y", "width", "height")}, "density": density})
+    return {"patches": tables}, min(max(flare or 0.0, 0.0), 0.999) if stated else 0.0
+
+
+def _patch_lights(figures: Figures) -> Mapping[str, float]:
+    """Return the light of each patch relative to a perfect white, or to the lightest patch where densities lack."""
+    patches = cast("Sequence[Mapping[str, object]]", figures.study.get("patches", ()))
+    flare = figures.pooled("flare", "1")
+    if flare is not None and all(patch["density"] is not None for patch in patches):
+        return {str(one["name"]): 10.0 ** -cast("float", one["density"]) + flare for one in patches}
+    signals = figures.patch_signals()
+    leading = [key for key in signals if key[0] in {"G1", MONO}]
+    brightest = {key[1:3]: max(signals[one] for one in leading if one[1:3] == key[1:3]) for key in leading}
+    lights: dict[str, list[float]] = {}
+    for key in leading:
+        lights.setdefault(key[3], []).append(signals[key] / brightest[key[1:3]])
+    return {patch: statistics.median(found) for patch, found in lights.items()}
+
+
+def _density(light: float) -> float:
+    return min(-math.log10(light), _DARKEST) if light > 10.0**-_DARKEST else _DARKEST

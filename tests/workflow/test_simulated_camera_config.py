@@ -1,0 +1,105 @@
+"""A camera that was measured comes back as a config: its truth within the errors, its design to the frame."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from fullwell.errors import UsageError
+from fullwell.simulate.config import parse_config
+from fullwell.simulate.config_text import config_text
+from fullwell.simulate.plan import plan
+from fullwell.testing import simulated_study, simulation
+from fullwell.workflow.characterize import characterize
+from fullwell.workflow.chart import ChartOptions, chart
+from fullwell.workflow.chart_patches import WhereAbouts
+from fullwell.workflow.model_figures import StatedFigures, models_of_figures
+from fullwell.workflow.options import Options
+from fullwell.workflow.simulated_camera import config_from_models, config_from_results
+
+STUDY = {
+    "isos": [100, 400],
+    "flat": {"exposures_s": [0.001, 0.002, 0.003, 0.004], "electrons": [800.0, 1600.0, 2400.0, 3200.0], "frames": 3},
+    "dark": {"exposures_s": [0.5, 1.0, 2.0], "frames": 3},
+    "bias": {"exposures_s": [0.0001], "frames": 5},
+}
+
+
+def test_a_measured_study_becomes_its_camera_and_its_design(tmp_path: Path) -> None:
+    truth = simulation(study=STUDY)
+    characterize(simulated_study(tmp_path / "study", truth).root, tmp_path / "out", options=Options(workers=1))
+    config = config_from_results(json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8")))
+    assert sorted(taken(config)) == sorted(taken(truth))
+    n = 192 * 128
+    for iso in (100, 400):
+        mine, true = config.sensor_at(iso), truth.sensor_at(iso)
+        assert mine.system_gain_at(iso) == pytest.approx(true.system_gain_at(iso), rel=0.05)
+        assert mine.read_noise == pytest.approx(true.read_noise, rel=0.06)  # system gain's error and its own
+        assert mine.read_noise_row == pytest.approx(true.read_noise_row, abs=0.1)
+        assert mine.black_level == pytest.approx((256.0,) * 4, abs=5.0 * 2.0 / math.sqrt(n / 4))
+    assert config.sensor.response == pytest.approx(truth.sensor.response, rel=5.0 / math.sqrt(3 * 800.0 * n / 4) * 4.0)
+    assert (config.sensor.width, config.sensor.height, config.sensor.cfa) == (192, 128, "BGGR")
+    assert parse_config(config_text(config.table), name="again", folder=Path()) == config
+
+
+def taken(config):
+    return [
+        (frame.kind, frame.exposure.iso, frame.exposure.exposure_s, frame.exposure.electrons > 0.0)
+        for frame in plan(config)
+    ]
+
+
+def test_a_measured_chart_becomes_its_patches_and_their_light(tmp_path: Path) -> None:
+    densities = [round(0.15 * number, 2) for number in range(12)]
+    truth = simulation(
+        camera={"width": 320, "height": 240, "dsnu": 0.0},
+        chart={"densities": densities},
+        study={"chart": {"exposures_s": [0.008, 0.001], "electrons": [6000.0, 750.0], "frames": 2}},
+    )
+    study = simulated_study(tmp_path / "study", truth)
+    patches = study.root / "chart" / "ISO_100" / "PATCHES.csv"
+    asked = ChartOptions(where=WhereAbouts(patches=(patches,)))
+    images = sorted(patches.parent.glob("*.dng"))
+    chart(images, tmp_path / "out", options=Options(workers=1), asked=asked)
+    config = config_from_results(json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8")))
+    assert sorted(taken(config)) == sorted(taken(truth))
+    seen = config.chart
+    assert seen is not None
+    assert [(one.x, one.y, one.width, one.height) for one in seen.measured] == [
+        (one.x, one.y, one.width, one.height) for one in truth.chart.measured
+    ]
+    lights = {one.name: light[1] for one, light in zip(seen.measured, seen.light, strict=True)}
+    assert lights["5"] / lights["1"] == pytest.approx(10.0**-0.6, rel=0.05)
+    levels = sorted({frame.exposure.electrons for frame in plan(config)})
+    assert levels == pytest.approx([750.0, 6000.0], rel=0.1)
+
+
+def test_published_coefficients_and_figures_of_emva_become_cameras() -> None:
+    a6000 = StatedFigures(k_dark=1.672e-4, k_shot=5.554e-3, k_fpn=5.477e-3, digital_maximum=16383.0, black=511.0)
+    made = config_from_models(models_of_figures(a6000))
+    sensor = made.config.sensor
+    gain = 16383.0 * 5.554e-3**2
+    assert sensor.system_gain == pytest.approx(gain, rel=1e-12)
+    assert (sensor.read_noise * gain) ** 2 + 1 / 12 == pytest.approx((1.672e-4 * 16383.0) ** 2, rel=1e-9)
+    assert sensor.prnu == pytest.approx(5.477e-3, rel=1e-12)
+    assert sensor.black_level == (511.0,) * 4
+    assert len(plan(made.config)) == 2 * 4
+    assert any("DSNU is not known" in one for one in made.said)
+    emva = StatedFigures(system_gain=0.425, read_noise=2.36, dsnu=0.703, prnu=0.687, digital_maximum=4095.0)
+    sony = config_from_models(models_of_figures(emva), design="study")
+    assert (sony.config.sensor.dsnu, sony.config.sensor.read_noise) == pytest.approx((0.703, 2.36), rel=1e-12)
+    assert any("black level is not known" in one for one in sony.said)
+    profile = StatedFigures(noise_profile=((3.3e-5, 9.2e-8),), white=15000.0, black=2048.0)
+    phone = config_from_models(models_of_figures(profile)).config.sensor
+    assert phone.system_gain == pytest.approx(3.3e-5 * (15000.0 - 2048.0), rel=1e-12)
+    with pytest.raises(UsageError, match="no design"):
+        config_from_models(models_of_figures(a6000), design="film")
+
+
+def test_results_without_a_system_gain_are_refused() -> None:
+    with pytest.raises(UsageError, match="no results document"):
+        config_from_results({"schema": "something"})
+    study = {"width": 64, "height": 64, "cfa": "mono", "bit_depth": 12}
+    with pytest.raises(UsageError, match="no system gain"):
+        config_from_results({"schema": "fullwell-results/1", "study": study, "results": [], "curves": {}})

@@ -212,9 +212,9 @@ class Figures:
             ]
         points = self.patch_signals()
         pairs += [
-            (points[channel, *place], green)
-            for (name, *place), green in points.items()
-            if name == "G1" and (channel, *place) in points
+            (points[channel, at, exposure_s, patch], green)
+            for (name, at, exposure_s, patch), green in points.items()
+            if name == "G1" and (channel, at, exposure_s, patch) in points
         ]
         strong = max((green for _, green in pairs), default=0.0) / 10.0
         return [mine / green for mine, green in pairs if green > strong]

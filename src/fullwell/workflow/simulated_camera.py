@@ -155,8 +155,12 @@ def config_from_models(models: Sequence[GivenModel], *, design: str = "chart", s
     }
     end = min(full_well, reach)
     made = _chart_design(end) if design == "chart" else _study_design(end)
-    document = {"seed": seed, "camera": {**camera, **made.pop("camera")}, **made}
-    document["study"]["isos"] = [iso]
+    document: dict[str, object] = {
+        **made,
+        "seed": seed,
+        "camera": {**camera, **made["camera"]},
+        "study": {**made["study"], "isos": [iso]},
+    }
     return SimulatedCamera(config=config_from(document, name="the stated camera", folder=Path()), said=tuple(said))
 
 

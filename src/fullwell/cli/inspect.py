@@ -12,7 +12,7 @@ from fullwell.cli.options import Headerless, Json, Verbose, Version, path_from
 from fullwell.cli.status import guarded, status_of
 
 if TYPE_CHECKING:
-    from fullwell.frames.inspection import Inspection
+    from fullwell.workflow.inspection import Inspection
 
 
 def inspect(
@@ -34,8 +34,8 @@ def inspect(
 ) -> None:
     """Tell what raw files are."""
     with guarded(verbose=verbose):
-        from fullwell.frames.inspection import inspect_file  # noqa: PLC0415 - heavy, and `--help` does not need it
         from fullwell.raw.headerless_format import parse_format  # noqa: PLC0415 - as above
+        from fullwell.workflow.inspection import inspect_file  # noqa: PLC0415 - heavy, and `--help` does not need it
 
         _require_files(files)
         if guess or sheet is not None:

@@ -9,9 +9,10 @@ from rich.panel import Panel
 from rich.table import Table
 
 from fullwell.cli.tables import plain_table, print_findings, spelled_levels, spelled_values
-from fullwell.frames.inspection import Inspection
 from fullwell.raw.image import Levels, RawHeader
 from fullwell.report.numbers import show_exposure
+from fullwell.workflow.inspection import Inspection
+from fullwell.workflow.signs.content import Content
 
 
 def document(inspection: Inspection) -> Mapping[str, object]:
@@ -38,7 +39,34 @@ def document(inspection: Inspection) -> Mapping[str, object]:
         "masked_areas": [list(area) for area in header.masked_areas] if header else [],
         "noise_profile": [list(plane) for plane in header.noise_profile] if header else [],
         "level_tags": {name: list(values) for name, values in header.level_tags} if header else {},
+        **_content(inspection.content),
         "findings": [asdict(replace(finding, files=(str(inspection.path),))) for finding in inspection.findings],
+    }
+
+
+def _content(content: Content | None) -> Mapping[str, object]:
+    """Return what the pixels tell, per CFA site where there are several."""
+    if content is None:
+        return {}
+    return {
+        "lowest_code": [use.lowest for use in content.uses],
+        "highest_code": [use.highest for use in content.uses],
+        "clips_at": [white.seen if white.piles_up else None for white in content.whites],
+        "code_step": [use.scale for use in content.uses],
+        "code_pattern": [use.pattern.value for use in content.uses],
+        "missing_codes": [list(use.missing) for use in content.uses],
+        "optical_black": [
+            {
+                "channel": area.channel,
+                "mean_dn": area.mean_dn,
+                "std_error_dn": area.std_error_dn,
+                "variance_dn2": area.variance_dn2,
+                "n": area.n,
+            }
+            for area in content.masked
+        ],
+        "cfa_content": list(content.order.order.names),
+        "isolated_pixels": {"above": len(content.isolated.above), "below": len(content.isolated.below)},
     }
 
 
@@ -52,7 +80,7 @@ def print_panel(console: Console, inspection: Inspection) -> None:
     """Print everything about one file."""
     if inspection.header is not None:
         grid = Table.grid(padding=(0, 2))
-        for name, value in _facts(inspection.header, inspection.effective_bits):
+        for name, value in _facts(inspection.header, inspection.content):
             grid.add_row(name, escape(value))
         console.print(Panel(grid, title=escape(str(inspection.path)), expand=False), highlight=False)
     else:
@@ -60,13 +88,14 @@ def print_panel(console: Console, inspection: Inspection) -> None:
     print_findings(console, inspection.findings)
 
 
-def _facts(header: RawHeader, effective_bits: int | None) -> Iterator[tuple[str, str]]:
+def _facts(header: RawHeader, content: Content | None) -> Iterator[tuple[str, str]]:
     yield "format", f"{header.format}, compression {header.compression}"
     yield "camera", " ".join(part for part in (header.make, header.model) if part) or "unknown"
     yield "visible", f"{header.width} x {header.height} pixels"
     area = header.active_area
     yield "stored", f"{header.raw_width} x {header.raw_height}, active area from row {area.top}, column {area.left}"
     yield "CFA", header.cfa or "unknown: the file does not say"
+    effective_bits = None if content is None else content.effective_bits
     used = "unknown" if effective_bits is None else str(effective_bits)
     yield "bits", f"{header.bit_depth} declared, {used} used"
     yield "black level", spelled_levels(header.black_level)
@@ -78,8 +107,22 @@ def _facts(header: RawHeader, effective_bits: int | None) -> Iterator[tuple[str,
         yield "temperature", f"{header.temperature_c:g} °C"
     for masked in header.masked_areas:
         yield "masked area", f"rows {masked.top} to {masked.bottom}, columns {masked.left} to {masked.right}"
+    if content is not None:
+        yield from _told(content)
     for scale, offset in header.noise_profile:
         yield "noise profile", f"S {scale:.6g}, O {offset:.6g}"
+
+
+def _told(content: Content) -> Iterator[tuple[str, str]]:
+    """Yield what the pixels tell."""
+    if content.masked:
+        levels = ", ".join(f"{area.channel} {area.mean_dn:.2f} ± {area.std_error_dn:.2f}" for area in content.masked)
+        yield "optical black", f"{levels} DN"
+    whites = zip(content.channels, content.uses, content.whites, strict=True)
+    codes = [f"{name} {use.lowest} to {use.highest}{' (clips)' * white.piles_up}" for name, use, white in whites]
+    yield "codes", ", ".join(codes)
+    if content.order.order.names:
+        yield "CFA by content", " or ".join(content.order.order.names)
 
 
 def print_table(console: Console, inspections: Sequence[Inspection]) -> None:

@@ -16,6 +16,8 @@ from fullwell.raw.headerless_format import BYTE, LSB, MIPI, WORD, HeaderlessForm
 from fullwell.raw.image import Area, RawHeader
 
 _NATIVE: Final = sys.byteorder
+MOST_STUCK: Final = 1e-3
+"""Share of pixels that may be stuck at a code that the bits do not allow."""
 
 
 def read_headerless_header(path: Path, stated: HeaderlessFormat, *, size: int, source: str) -> RawHeader:
@@ -85,7 +87,7 @@ def decode_headerless(
     ------
     UnreadableFileError
         ``geometry-mismatch`` where the file's size is another, ``geometry-wrong`` where codes are higher than so many
-        bits allow.
+        bits allow, and are not a few pixels that are stuck far above.
 
     """
     if len(data) not in stated.file_sizes:
@@ -93,13 +95,18 @@ def decode_headerless(
 
         raise UnreadableFileError("geometry-mismatch", mismatch(stated, size=len(data)))
     mosaic = unpacked(stated, data, out=out)
-    if stated.container in {BYTE, WORD} and stated.bits < int(stated.container):
-        highest = int(mosaic.max())
-        if highest >= 2**stated.bits:
-            from fullwell.raw.headerless_fit import too_high  # noqa: PLC0415 - as above
+    spare = stated.container in {BYTE, WORD} and stated.bits < int(stated.container)
+    if spare and int(mosaic.max()) >= 2**stated.bits and not _stuck_alone(mosaic, 2**stated.bits):
+        from fullwell.raw.headerless_fit import too_high  # noqa: PLC0415 - as above
 
-            raise UnreadableFileError("geometry-wrong", too_high(stated, mosaic))
+        raise UnreadableFileError("geometry-wrong", too_high(stated, mosaic))
     return mosaic
+
+
+def _stuck_alone(mosaic: NDArray[np.uint16], limit: int) -> bool:
+    """Tell a few stuck pixels from light that goes on beyond the limit: nothing lies in the next bit's range."""
+    above = mosaic[mosaic >= limit]
+    return above.size <= MOST_STUCK * mosaic.size and int(above.min()) >= 2 * limit
 
 
 def unpacked(

@@ -86,6 +86,9 @@ def _black(image: Directory, *, period: int, findings: list[Finding]) -> Levels 
     if not values:
         return Levels(values=(0.0,) * sites, source="default", tag="BlackLevel")
     rows, columns = (*image.integers(Tag.BLACK_LEVEL_REPEAT_DIM), 1, 1)[:2]
+    samples = image.integer(Tag.SAMPLES_PER_PIXEL, 1)
+    if samples > 1 and len(values) == rows * columns * samples:
+        return None
     if rows < 1 or columns < 1 or len(values) != rows * columns or not all(map(math.isfinite, values)):
         findings.append(
             Finding(

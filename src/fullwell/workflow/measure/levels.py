@@ -79,7 +79,7 @@ def measure_levels(
         )
     given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
     rows += _pooled_black(bursts, levels, given=given)
-    findings = (*_black_findings(bursts, decided), *white_findings(bursts, whites))
+    findings = (*_black_findings(bursts, decided), *white_findings(whites, at=f" at {bursts.label}"))
     return Section(rows=tuple(rows), findings=findings), tuple(levels)
 
 

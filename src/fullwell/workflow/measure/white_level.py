@@ -100,19 +100,19 @@ def _top_code(histogram: Histogram) -> int:
     return histogram.first_code + len(histogram.counts) - 1
 
 
-def white_findings(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> tuple[Finding, ...]:
-    """Return where what was seen and what was declared disagree."""
+def white_findings(whites: Sequence[WhiteLevel], *, at: str = "") -> tuple[Finding, ...]:
+    """Return where what was seen and what was declared disagree; ``at`` says where, with a blank before it."""
     findings: list[Finding] = []
     above = [white for white in whites if white.declared is not None and white.seen > white.declared]
     if above:
         said = ", ".join(f"{white.channel} {white.seen} DN" for white in above)
-        message = f"codes at {bursts.label} reach above the declared white level {above[0].declared:g} DN: {said}"
+        message = f"codes{at} reach above the declared white level {above[0].declared:g} DN: {said}"
         findings.append(Finding(code="white-level-exceeded", severity=Severity.WARNING, message=message))
     below = [white for white in whites if white.piles_up and white.declared is not None and white.seen < white.declared]
     if below:
         said = ", ".join(f"{white.channel} {white.seen} DN" for white in below)
         message = (
-            f"codes at {bursts.label} pile up below the declared white level {below[0].declared:g} DN: {said}; that is "
+            f"codes{at} pile up below the declared white level {below[0].declared:g} DN: {said}; that is "
             "used as the white level"
         )
         findings.append(Finding(code="white-level-too-high", severity=Severity.WARNING, message=message))

@@ -182,7 +182,11 @@ def decide_levels(
         for row in _black_rows(shots, one, fused, alike=alike or one.channel != ALL)
     ]
     rows += [row for white in whites for row in white_rows(study, shots.bursts, white)]
-    findings = (*_findings(shots, evidence, decided), *white_findings(shots.bursts, whites), *_white_unknown(whites))
+    findings = (
+        *_findings(shots, evidence, decided),
+        *white_findings(whites, at=f" at {shots.bursts.label}"),
+        *_white_unknown(whites),
+    )
     return Section(rows=tuple(rows), findings=findings), ChartLevels(
         blacks=blacks,
         shared=shared,

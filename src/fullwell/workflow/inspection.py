@@ -1,10 +1,7 @@
-"""What a raw file is: its header, and how many of its bits the codes really use."""
+"""What a raw file is: its header, and what its pixels tell of it."""
 
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError
 from fullwell.findings import Finding, Severity
@@ -12,6 +9,7 @@ from fullwell.frames.headerless import geometry_advice, geometry_doubts, read_st
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
+from fullwell.workflow.signs.content import Content, look_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,8 +22,8 @@ class Inspection:
         The file.
     header
         None where the file cannot be read at all; the findings say why.
-    effective_bits
-        Bit depth less the low bits that no code uses; None where no pixel can be read or all are zero [bit].
+    content
+        What the pixels tell; None where none can be read.
     findings
         What the file's header and pixels brought to light.
 
@@ -33,8 +31,13 @@ class Inspection:
 
     path: Path
     header: RawHeader | None
-    effective_bits: int | None
+    content: Content | None
     findings: tuple[Finding, ...]
+
+    @property
+    def effective_bits(self) -> int | None:
+        """Return the bits that the codes really use; None where nothing tells [bit]."""
+        return None if self.content is None else self.content.effective_bits
 
 
 def inspect_file(path: Path, *, headerless: HeaderlessFormat | None = None) -> Inspection:
@@ -52,29 +55,13 @@ def inspect_file(path: Path, *, headerless: HeaderlessFormat | None = None) -> I
     try:
         header = read_stated(path, headerless=headerless)
         data = path.read_bytes()
-        effective_bits = used_bits(decode(header, data), bit_depth=header.bit_depth)
+        content = look_at(header, data, decode(header, data))
         doubts = geometry_doubts(header, data)
     except RawFileError as error:
         known = header.findings if header is not None else ()
         said = any(one.code == error.code for one in known)
         refusal = Finding(code=error.code, severity=Severity.ERROR, message=error.message, files=(str(path),))
         told = known if said else (*known, refusal, *geometry_advice(path, error.code))
-        return Inspection(path=path, header=header, effective_bits=None, findings=told)
-    findings = (*header.findings, *doubts)
-    return Inspection(path=path, header=header, effective_bits=effective_bits, findings=findings)
-
-
-def used_bits(mosaic: NDArray[np.uint16], *, bit_depth: int) -> int | None:
-    """Return the bit depth less the low bits that are zero in every code; None where every code is zero.
-
-    Examples
-    --------
-    >>> used_bits(np.array([[4, 8], [1020, 12]], dtype=np.uint16), bit_depth=10)
-    8
-
-    """
-    together = int(np.bitwise_or.reduce(mosaic, axis=None))
-    if together == 0:
-        return None
-    unused = (together & -together).bit_length() - 1
-    return bit_depth - unused
+        return Inspection(path=path, header=header, content=None, findings=told)
+    findings = (*header.findings, *doubts, *content.findings)
+    return Inspection(path=path, header=header, content=content, findings=findings)

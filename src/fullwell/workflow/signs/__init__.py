@@ -1,0 +1,1 @@
+"""What raw values tell of themselves: rails, code steps, colour filters, defects, processing in the camera."""

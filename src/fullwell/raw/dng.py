@@ -69,6 +69,8 @@ def read_dng_header(path: Path, directories: Directories) -> RawHeader:
         temperature_c=exposure.temperature_c,
         make=exposure.make,
         model=exposure.model,
+        serial=exposure.serial,
+        firmware=exposure.firmware,
         orientation=exposure.orientation,
         compression=compression,
         masked_areas=masked,

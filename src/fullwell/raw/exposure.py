@@ -30,6 +30,10 @@ class Exposure:
         EXIF tag Temperature: of the surroundings by its definition, of the sensor where a camera writes it so [deg C].
     make, model
         As the maker writes them.
+    serial
+        Of the body.
+    firmware
+        Tag Software: the camera's, or that of the program which wrote the file last.
     orientation
         TIFF tag Orientation, 1 where absent.
 
@@ -40,6 +44,8 @@ class Exposure:
     temperature_c: float | None
     make: str | None
     model: str | None
+    serial: str | None
+    firmware: str | None
     orientation: int
 
 
@@ -55,6 +61,8 @@ def read_exposure(directories: Directories, image: Directory) -> Exposure:
         temperature_c=directories.lookup(Tag.TEMPERATURE, image).number(Tag.TEMPERATURE),
         make=first.text(Tag.MAKE),
         model=first.text(Tag.MODEL) or first.text(Tag.UNIQUE_CAMERA_MODEL),
+        serial=first.text(Tag.CAMERA_SERIAL_NUMBER) or directories.exif.text(Tag.BODY_SERIAL_NUMBER),
+        firmware=first.text(Tag.SOFTWARE),
         orientation=orientation if 1 <= orientation <= 8 else 1,
     )
 

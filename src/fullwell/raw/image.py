@@ -63,6 +63,8 @@ class RawHeader:
         Optical-black rectangles in raw coordinates.
     noise_profile
         (S, O) per plane as the DNG tag NoiseProfile has them; empty where absent.
+    make, model, serial, firmware
+        Of the camera, as the file has them; firmware is the tag Software.
     as_shot_neutral
         White in the camera's own R, G and B, as the DNG tag AsShotNeutral has it; empty where absent.
     level_tags
@@ -88,6 +90,8 @@ class RawHeader:
     temperature_c: float | None = None
     make: str | None = None
     model: str | None = None
+    serial: str | None = None
+    firmware: str | None = None
     orientation: int = 1
     compression: str = "none"
     masked_areas: tuple[Area, ...] = ()

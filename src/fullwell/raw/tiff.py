@@ -50,6 +50,8 @@ def read_tiff_header(path: Path, directories: Directories) -> RawHeader:
         temperature_c=exposure.temperature_c,
         make=exposure.make,
         model=exposure.model,
+        serial=exposure.serial,
+        firmware=exposure.firmware,
         orientation=exposure.orientation,
         compression=compression_name(layout.compression),
         layout=layout,

@@ -18,6 +18,7 @@ from fullwell.figures.results import Curve, Results, Row
 from fullwell.findings import Finding
 
 SCHEMA: Final = "fullwell-results/1"
+DOCUMENT: Final = "results.json"
 
 Plain: TypeAlias = "str | int | float | bool | list[Plain] | dict[str, Plain] | None"
 """What JSON can hold."""

@@ -8,12 +8,11 @@ from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import holds_document, replaced_folder
 from fullwell.findings import listed
-from fullwell.report.document import SCHEMA, results_json
+from fullwell.report.document import DOCUMENT, SCHEMA, results_json
 from fullwell.report.html import report_html
 from fullwell.report.pictures import Pictures
 from fullwell.report.tables import rows_csv, write_parquet
 
-DOCUMENT: Final = "results.json"
 OWN: Final = frozenset(
     {
         DOCUMENT,

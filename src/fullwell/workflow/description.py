@@ -1,5 +1,6 @@
 """What results.json says under ``study``: what was read, its content hashes, and what was left out (RESULTS 2)."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 
@@ -35,6 +36,7 @@ def describe(
     every = sorted((*study.excluded, *excluded), key=lambda one: one.name)
     return {
         "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
+        "bodies": _bodies(study),
         "width": study.width,
         "height": study.height,
         "cfa": study.cfa,
@@ -47,6 +49,17 @@ def describe(
         "files": [_file(series, frame, hashes) for series in study.series for frame in series.frames],
         "excluded": [{"path": one.name, "code": one.code, "reason": one.reason} for one in every],
     }
+
+
+def _bodies(study: Study) -> list[Mapping[str, object]]:
+    """Return every body that the files name, with its firmware and how many frames name it."""
+    headers = (frame.header for series in study.series for frame in series.frames)
+    counts = Counter((one.make, one.model, one.serial, one.firmware) for one in headers)
+    return [
+        {"make": make, "model": model, "serial": serial, "firmware": firmware, "frames": frames}
+        for (make, model, serial, firmware), frames in sorted(counts.items(), key=lambda item: tuple(map(str, item[0])))
+        if make or model or serial or firmware
+    ]
 
 
 def _levels(levels: Levels | None) -> Mapping[str, object] | None:

@@ -14,7 +14,7 @@ from fullwell.figures.results import Row
 from fullwell.glossary.flags import RECOMMENDED
 from fullwell.model.conversions import rounding_electrons2
 from fullwell.raw.cfa import ALL, channels
-from fullwell.workflow.model_files import rows_of
+from fullwell.report.reading import results_of
 
 _NO_CAPACITY: Final = frozenset({"lower-bound", "adc-limited"})
 _FACTS: Final = ("pixel_pitch_um", "voltage_swing_v", "name")
@@ -53,7 +53,7 @@ class Figures:
 
         """
         try:
-            every = rows_of(document)
+            every = results_of(document).rows
         except ValueError as error:
             raise UsageError(f"The document is {error}.") from error
         rows = [row for row in every if row.region is None and row.exposure_s is None]

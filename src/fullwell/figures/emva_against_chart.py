@@ -85,8 +85,8 @@ class Sides:
         Rows of one EMVA profile, one channel and operation point.
     chart
         Figures of the chart's noise model, of one channel and ISO.
-    emva_exposure_s
-        Exposure that EMVA's total dark noise is told for; that of the chart, 0 where unknown [s].
+    exposure_s
+        Exposure of the chart, which the total dark noise is told for; 0 where unknown [s].
     bits
         Of EMVA's and the chart's codes, None where unknown.
     shared
@@ -96,7 +96,7 @@ class Sides:
 
     emva: Sequence[Row]
     chart: Sequence[Row]
-    emva_exposure_s: float = 0.0
+    exposure_s: float = 0.0
     bits: tuple[int | None, int | None] = (None, None)
     shared: bool = False
 
@@ -191,7 +191,7 @@ def _emva_total(sides: Sides) -> Measured | None:
             at["dark"],
             system_gain=at["K"],
             dsnu_electrons2=at["dsnu"],
-            dark_electrons=at["i"] * sides.emva_exposure_s,
+            dark_electrons=at["i"] * sides.exposure_s,
         )
 
     variance = propagated(formula, [Ingredient(measured=one) for one in known.values()], unit=ELECTRON2)

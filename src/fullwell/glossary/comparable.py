@@ -30,6 +30,9 @@ class Verdict:
     reason: str
 
 
+TRUTH: Final = "truth"
+"""Method of the values that a simulation was made with."""
+
 _LINEAR: Final = "emva1288-4.0-linear"
 _CORRECTED: Final = "emva1288-4.0-linear-hp-corrected"
 _REFERENCE: Final = "emva1288-py-1.0"
@@ -157,6 +160,8 @@ def comparability(quantity: str, first: str, second: str) -> Verdict:
     'another definition'
 
     """
+    if TRUTH in {first, second}:
+        return Verdict(kinship=Kinship.SAME, reason="One of the two is the truth of the simulation.")
     one, other = _estimand(quantity, first), _estimand(quantity, second)
     if one is None or other is None:
         return Verdict(kinship=Kinship.UNKNOWN, reason="")

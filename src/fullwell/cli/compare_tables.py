@@ -1,0 +1,134 @@
+"""What people read after ``fullwell compare``: what is compared, EMVA against chart, figures and their differences."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+from rich.markup import escape
+
+from fullwell.cli.tables import plain_table, print_findings
+from fullwell.figures.differences import Difference
+from fullwell.figures.matching import Crossing, Match
+from fullwell.figures.results import Row
+from fullwell.figures.side_by_side import Comparison, Side, TenFigures
+from fullwell.glossary import RECOMMENDED
+from fullwell.glossary.comparable import Kinship
+from fullwell.report.compare_page import Cell, difference_cell, told_cell, where
+from fullwell.report.numbers import MISSING, show, show_iso, show_unit
+
+_MOST: Final = 60
+
+
+def print_comparison(console: Console, comparison: Comparison, *, out: Path | None) -> None:
+    """Print the sides, the ten figures, recommended figures by the same method, and those by different ones."""
+    print_findings(console, comparison.findings)
+    for side in comparison.sides:
+        console.print(_about(side), highlight=False, soft_wrap=True)
+    for ten in comparison.tens:
+        _print_ten(console, ten)
+    shown = [match for match in comparison.matches if _is_leading(match)]
+    _print_matches(console, comparison.sides, shown[:_MOST])
+    _print_crossings(console, comparison.sides, [one for one in comparison.crossings if _is_told(one)])
+    left = len(comparison.matches) - len(shown[:_MOST])
+    if left:
+        console.print(f"{left} further figures by the same method: -o OUT or --json.", highlight=False, soft_wrap=True)
+    if out is not None:
+        console.print(f"Report: {escape(str(out / 'report.html'))}", highlight=False, soft_wrap=True)
+
+
+def _about(side: Side) -> str:
+    parts = [side.name, side.camera, *side.bodies]
+    parts += ["simulated"] if side.simulated else []
+    parts += [f"EMVA profile {side.emva}"] if side.emva else []
+    parts += ["chart"] if side.chart else []
+    return f"[bold]{side.label}[/bold] {escape('; '.join(part for part in parts if part))}"
+
+
+def _is_leading(match: Match) -> bool:
+    row = match.reference
+    best = any(one is not None and RECOMMENDED in one.flags for one in match.rows)
+    return best and row.region is None and not row.quantity.endswith("_variance") and row.exposure_s is None
+
+
+def _is_told(crossing: Crossing) -> bool:
+    row = crossing.rows[0]
+    return crossing.verdict.kinship is not Kinship.UNKNOWN and not row.quantity.endswith("_variance")
+
+
+def _print_matches(console: Console, sides: Sequence[Side], matches: Sequence[Match]) -> None:
+    if not matches:
+        return
+    heads = [f">{side.label}" for side in sides]
+    for side in sides[1:]:
+        heads += [f">{side.label}/A", ">s.e."]
+    title = "Recommended figures by the same method; s.e.: the difference from A in its standard errors"
+    table = plain_table("figure", "where", *heads, title=title)
+    for column in table.columns[2:]:
+        column.no_wrap = True
+    for match in matches:
+        cells = [_value(one) for one in match.rows]
+        for one in match.differences[1:]:
+            cells += [_relative(one), _size(one)]
+        table.add_row(_named(match.reference), escape(where(match.reference)), *cells)
+    console.print(table, highlight=False)
+
+
+def _relative(one: Difference | None) -> str:
+    if one is None or one.ratio is None or one.ratio <= 0.0:
+        return MISSING
+    return f"{100.0 * (one.ratio - 1.0):+.2g} %"
+
+
+def _size(one: Difference | None) -> str:
+    """Return a difference in standard errors, bold where chance makes one as large less than once in a hundred."""
+    if one is None or one.statistic is None:
+        return MISSING
+    text = f"{one.statistic:+.1f}"
+    return f"[bold]{text}[/bold]" if difference_cell(one).notable else text
+
+
+def _named(row: Row) -> str:
+    return f"{row.quantity.replace('_', ' ')} [dim]{show_unit(row.measured.unit) or '1'}[/dim]"
+
+
+def _value(row: Row | None) -> str:
+    return MISSING if row is None else show(row.measured, row.flags)
+
+
+def _marked(cell: Cell) -> str:
+    return f"[bold]{cell.text}[/bold]" if cell.notable else cell.text
+
+
+def _print_crossings(console: Console, sides: Sequence[Side], crossings: Sequence[Crossing]) -> None:
+    if not crossings:
+        return
+    table = plain_table("figure", "where", ">one", ">other", ">difference", "comparable", title="By different methods")
+    for one in crossings[:_MOST]:
+        labels = (sides[one.first].label, sides[one.second].label)
+        figures = [
+            f"{label} {show(row.measured, row.flags)}\n[dim]{row.method}[/dim]"
+            for label, row in zip(labels, one.rows, strict=True)
+        ]
+        row = one.rows[0]
+        table.add_row(
+            _named(row), escape(where(row)), *figures, _marked(difference_cell(one.difference)), one.verdict.kinship
+        )
+    console.print(table, highlight=False)
+
+
+def _print_ten(console: Console, ten: TenFigures) -> None:
+    at = "" if ten.iso is None else f", {show_iso(ten.iso)}"
+    title = f"EMVA 1288 of {ten.emva} ({ten.profile}) against the chart of {ten.chart}, {ten.channel}{at}"
+    table = plain_table("figure", ">EMVA", "is", ">chart", "is", ">chart less EMVA", title=title)
+    for line in ten.lines:
+        chart = line.chart.definition if line.chart.measured else line.chart.reason
+        table.add_row(
+            f"{line.title} [dim]{show_unit(line.unit) or '1'}[/dim]",
+            told_cell(line.emva).text,
+            f"[dim]{escape(line.emva.definition)}[/dim]",
+            told_cell(line.chart).text,
+            f"[dim]{escape(chart)}[/dim]",
+            _marked(difference_cell(line.difference)),
+        )
+    console.print(table, highlight=False)

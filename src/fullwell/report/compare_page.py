@@ -1,0 +1,229 @@
+"""A comparison as one page that opens without a network."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import jinja2
+from markupsafe import Markup
+
+from fullwell import glossary
+from fullwell.figures.differences import Difference
+from fullwell.figures.emva_against_chart import Line, Told
+from fullwell.figures.matching import Crossing, Match
+from fullwell.figures.results import Row
+from fullwell.figures.side_by_side import Comparison, Side, TenFigures
+from fullwell.report import plots_compare
+from fullwell.report.numbers import MISSING, show, show_exposure, show_iso, show_unit, show_value
+from fullwell.report.pivots import title_of, tooltip
+from fullwell.report.plots import Picture, style
+
+MOST_LINES: Final = 3000
+_MINUS: Final = "\N{MINUS SIGN}"
+_NOTABLE: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One number on the page: its text, what hovering tells, and whether it is to be noticed."""
+
+    text: str
+    title: str = ""
+    notable: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureLine:
+    """One figure of several results."""
+
+    where: str
+    method: str
+    best: bool
+    values: tuple[Cell, ...]
+    differences: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureBlock:
+    """One quantity in one unit, with its definition."""
+
+    quantity: str
+    title: str
+    unit: str
+    definition: str
+    lines: tuple[FigureLine, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CrossLine:
+    """One quantity by two methods."""
+
+    title: str
+    unit: str
+    where: str
+    figures: tuple[tuple[str, str, Cell], ...]
+    difference: Cell
+    kinship: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TenLine:
+    """One of the ten figures."""
+
+    title: str
+    unit: str
+    emva: Cell
+    emva_definition: str
+    chart: Cell
+    chart_definition: str
+    difference: Cell
+    note: str
+
+
+def comparison_html(comparison: Comparison) -> str:
+    """Return the page of a comparison."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("fullwell.report"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    css = Markup(environment.get_template("report.css").render())  # noqa: S704 - a constant of the package
+    whole = [match for match in comparison.matches if match.reference.region is None]
+    return environment.get_template("compare.html").render(
+        css=css,
+        sides=[_side(side) for side in comparison.sides],
+        others=[side.label for side in comparison.sides[1:]],
+        findings=comparison.findings,
+        tens=[(ten, [_ten(line) for line in ten.lines], _heading(ten)) for ten in comparison.tens],
+        pictures=_pictures(comparison),
+        blocks=figure_blocks(whole[:MOST_LINES]),
+        omitted=len(comparison.matches) - len(whole[:MOST_LINES]),
+        crossings=[_crossing(crossing, comparison.sides) for crossing in comparison.crossings],
+    )
+
+
+def figure_blocks(matches: Sequence[Match]) -> tuple[FigureBlock, ...]:
+    """Return the figures by quantity and unit, in the order of the glossary."""
+    order = {entry.name: at for at, entry in enumerate(glossary.QUANTITIES)}
+    groups: dict[tuple[str, str], list[Match]] = {}
+    for match in matches:
+        groups.setdefault((match.reference.quantity, match.reference.measured.unit), []).append(match)
+    ranked = sorted(groups.items(), key=lambda item: order.get(item[0][0].removesuffix("_variance"), len(order)))
+    return tuple(_block(quantity, unit, mine) for (quantity, unit), mine in ranked)
+
+
+def _block(quantity: str, unit: str, matches: Sequence[Match]) -> FigureBlock:
+    entry = glossary.quantity(quantity)
+    return FigureBlock(
+        quantity=quantity,
+        title=title_of(quantity),
+        unit=show_unit(unit) or "1",
+        definition="" if entry is None else f"{entry.definition} {entry.equation}.",
+        lines=tuple(_figure_line(match) for match in matches),
+    )
+
+
+def _figure_line(match: Match) -> FigureLine:
+    return FigureLine(
+        where=where(match.reference),
+        method=match.reference.method,
+        best=any(row is not None and glossary.RECOMMENDED in row.flags for row in match.rows),
+        values=tuple(_value(row) for row in match.rows),
+        differences=tuple(difference_cell(one) for one in match.differences[1:]),
+    )
+
+
+def where(row: Row) -> str:
+    """Return channel and conditions of a row, as far as they are known."""
+    parts = [row.channel]
+    parts += [] if row.iso is None else [show_iso(row.iso)]
+    parts += [] if row.exposure_s is None else [show_exposure(row.exposure_s)]
+    parts += [] if row.temperature_c is None else [f"{row.temperature_c:.1f} °C"]
+    parts += [] if row.snr_threshold is None else [f"SNR {row.snr_threshold:g}"]
+    return ", ".join(parts)
+
+
+def _value(row: Row | None) -> Cell:
+    return Cell(text=MISSING) if row is None else Cell(text=show(row.measured, row.flags), title=tooltip(row))
+
+
+def difference_cell(one: Difference | None) -> Cell:
+    """Return a difference with what it is in per cent, its statistic and the chance of it."""
+    if one is None:
+        return Cell(text=MISSING)
+    text = show(one.measured) if one.measured.std_error else show_value(one.measured)
+    if one.ratio is not None and one.ratio > 0.0:
+        text += f" ({100.0 * (one.ratio - 1.0):+.2g} %)".replace("-", _MINUS)
+    if one.statistic is None or one.p_value is None:
+        return Cell(text=text, title="no error: one of the figures has none, or both come from the same frames")
+    statistic = f"{one.statistic:+.1f} standard errors".replace("-", _MINUS)
+    chance = "p < 0.0001" if one.p_value < 1e-4 else f"p = {one.p_value:.2g}"
+    return Cell(text=text, title=f"{statistic}, {chance}", notable=one.p_value < _NOTABLE)
+
+
+def _crossing(crossing: Crossing, sides: Sequence[Side]) -> CrossLine:
+    row = crossing.rows[0]
+    labels = (sides[crossing.first].label, sides[crossing.second].label)
+    return CrossLine(
+        title=title_of(row.quantity),
+        unit=show_unit(row.measured.unit) or "1",
+        where=where(row),
+        figures=tuple((label, one.method, _value(one)) for label, one in zip(labels, crossing.rows, strict=True)),
+        difference=difference_cell(crossing.difference),
+        kinship=crossing.verdict.kinship.value,
+        reason=crossing.verdict.reason,
+    )
+
+
+def _heading(ten: TenFigures) -> str:
+    parts = [f"EMVA 1288 of {ten.emva} ({ten.profile}) against the chart of {ten.chart}", ten.channel]
+    return ", ".join([*parts, *([] if ten.iso is None else [show_iso(ten.iso)])])
+
+
+def _ten(line: Line) -> TenLine:
+    return TenLine(
+        title=line.title,
+        unit=show_unit(line.unit) or "1",
+        emva=told_cell(line.emva),
+        emva_definition=line.emva.definition,
+        chart=told_cell(line.chart),
+        chart_definition=line.chart.definition,
+        difference=difference_cell(line.difference),
+        note=line.note,
+    )
+
+
+def told_cell(told: Told) -> Cell:
+    """Return a figure of the ten, or that it is not told, with the reason to hover over."""
+    if told.measured is None:
+        return Cell(text="not told", title=told.reason)
+    return Cell(text=show(told.measured))
+
+
+def _side(side: Side) -> dict[str, object]:
+    run = side.results.run
+    kinds = [
+        *([f"EMVA 1288 by {side.emva}"] if side.emva else []),
+        *(["chart"] if side.chart else []),
+        {"truth": "truth of a simulation", "emva1288": "result file of the package emva1288"}.get(side.source, ""),
+        *(["simulated frames"] if side.simulated and side.source == "results" else []),
+    ]
+    return {
+        "label": side.label,
+        "name": side.name,
+        "camera": side.camera or MISSING,
+        "bodies": side.bodies or ("not named in the files",),
+        "kinds": ", ".join(kind for kind in kinds if kind) or "measured",
+        "isos": ", ".join("unknown" if iso is None else f"{iso:g}" for iso in side.isos),
+        "time": str(run.get("time") or MISSING),
+        "version": str(run.get("version") or MISSING),
+        "rows": len(side.results.rows),
+    }
+
+
+def _pictures(comparison: Comparison) -> tuple[Picture, ...]:
+    with style():
+        return plots_compare.comparison_pictures(comparison)

@@ -14,7 +14,7 @@ from fullwell.figures.results import Row
 from fullwell.figures.side_by_side import Comparison, Side, TenFigures
 from fullwell.glossary import RECOMMENDED
 from fullwell.glossary.comparable import Kinship
-from fullwell.report.compare_page import Cell, difference_cell, told_cell, where
+from fullwell.report.compare_page import Cell, difference_cell, relative, told_cell
 from fullwell.report.numbers import MISSING, show, show_iso, show_unit
 
 _MOST: Final = 60
@@ -57,27 +57,38 @@ def _is_told(crossing: Crossing) -> bool:
 
 
 def _print_matches(console: Console, sides: Sequence[Side], matches: Sequence[Match]) -> None:
-    if not matches:
-        return
+    """Print a table per ISO; the place of a figure stands there only where there are several."""
+    isos = dict.fromkeys(match.reference.iso for match in matches)
+    for iso in isos:
+        mine = [match for match in matches if match.reference.iso == iso]
+        title = f"{show_iso(iso)}: recommended figures by the same method"
+        table = plain_table("figure", *_heads(sides), title=title)
+        for column in table.columns[1 + len(sides) :]:
+            column.no_wrap = True
+        for match in mine:
+            cells = [_value(one) for one in match.rows]
+            for one in match.differences[1:]:
+                cells += [_relative(one), _size(one)]
+            table.add_row(_placed(match.reference), *cells)
+        console.print(table, highlight=False)
+    if matches:
+        console.print("s.e.: the difference from A in its standard errors, bold below p = 0.01.", highlight=False)
+
+
+def _heads(sides: Sequence[Side]) -> list[str]:
     heads = [f">{side.label}" for side in sides]
     for side in sides[1:]:
         heads += [f">{side.label}/A", ">s.e."]
-    title = "Recommended figures by the same method; s.e.: the difference from A in its standard errors"
-    table = plain_table("figure", "where", *heads, title=title)
-    for column in table.columns[2:]:
-        column.no_wrap = True
-    for match in matches:
-        cells = [_value(one) for one in match.rows]
-        for one in match.differences[1:]:
-            cells += [_relative(one), _size(one)]
-        table.add_row(_named(match.reference), escape(where(match.reference)), *cells)
-    console.print(table, highlight=False)
+    return heads
+
+
+def _placed(row: Row) -> str:
+    threshold = "" if row.snr_threshold is None else f", SNR {row.snr_threshold:g}"
+    return f"{_named(row)} {escape(row.channel)}{threshold}"
 
 
 def _relative(one: Difference | None) -> str:
-    if one is None or one.ratio is None or one.ratio <= 0.0:
-        return MISSING
-    return f"{100.0 * (one.ratio - 1.0):+.2g} %"
+    return MISSING if one is None else relative(one) or MISSING
 
 
 def _size(one: Difference | None) -> str:
@@ -103,17 +114,15 @@ def _marked(cell: Cell) -> str:
 def _print_crossings(console: Console, sides: Sequence[Side], crossings: Sequence[Crossing]) -> None:
     if not crossings:
         return
-    table = plain_table("figure", "where", ">one", ">other", ">difference", "comparable", title="By different methods")
+    table = plain_table("figure", ">one", ">other", ">difference", "comparable", title="By different methods")
     for one in crossings[:_MOST]:
         labels = (sides[one.first].label, sides[one.second].label)
         figures = [
             f"{label} {show(row.measured, row.flags)}\n[dim]{row.method}[/dim]"
             for label, row in zip(labels, one.rows, strict=True)
         ]
-        row = one.rows[0]
-        table.add_row(
-            _named(row), escape(where(row)), *figures, _marked(difference_cell(one.difference)), one.verdict.kinship
-        )
+        cells = (*figures, _marked(difference_cell(one.difference)), one.verdict.kinship)
+        table.add_row(_placed(one.rows[0]), *cells)
     console.print(table, highlight=False)
 
 

@@ -157,7 +157,7 @@ def crossed(sides: Sequence[Sequence[Row]], shared: Callable[[int, int], bool]) 
     """Return the figures of two results that stand there by different methods, with whether they mean the same.
 
     Of each result its recommended row is taken, or that of EMVA 1288; figures that both have by one method are left to
-    `matched`. Exposure, temperature and threshold are left aside where one of the two does not know them.
+    `matched`. Exposure and temperature are left aside where one of the two does not know them; no threshold is SNR 1.
     """
     tables = [_leading(rows) for rows in sides]
     found: list[Crossing] = []
@@ -195,7 +195,8 @@ def _unlike(ours: Sequence[Row], theirs: Sequence[Row]) -> list[tuple[Row, Row]]
 
 
 def _compatible(one: Row, other: Row) -> bool:
-    pairs = ((one.exposure_s, other.exposure_s), (one.snr_threshold, other.snr_threshold))
-    alike = all(a is None or b is None or math.isclose(a, b, rel_tol=SAME_EXPOSURE) for a, b in pairs)
+    times = (one.exposure_s, other.exposure_s)
+    alike = None in times or math.isclose(times[0] or 0.0, times[1] or 0.0, rel_tol=SAME_EXPOSURE)
     warm = (one.temperature_c, other.temperature_c)
-    return alike and (None in warm or abs((warm[0] or 0.0) - (warm[1] or 0.0)) <= SAME_TEMPERATURE_C)
+    at_snr = (one.snr_threshold or 1.0) == (other.snr_threshold or 1.0)
+    return alike and at_snr and (None in warm or abs((warm[0] or 0.0) - (warm[1] or 0.0)) <= SAME_TEMPERATURE_C)

@@ -1,9 +1,10 @@
 """Several results side by side: what each of them is, what they have in common, and how far their figures differ."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
+from string import ascii_uppercase
 from typing import Final, cast
 
 from fullwell.figures.emva_against_chart import Line, Sides, ten_lines
@@ -126,7 +127,7 @@ class Comparison:
 
 def compare(sides: Sequence[Side]) -> Comparison:
     """Return results side by side."""
-    rows = [side.results.rows for side in sides]
+    rows, assumed = _at_one_iso([side.results.rows for side in sides])
     shared = partial(_share_frames, sides)
     matches = matched(rows, shared)
     crossings = crossed(rows, shared)
@@ -141,7 +142,21 @@ def compare(sides: Sequence[Side]) -> Comparison:
         matches=matches,
         crossings=crossings,
         tens=tens,
-        findings=_findings(sides, bool(matches or crossings or tens)),
+        findings=(*assumed, *_findings(sides, bool(matches or crossings or tens))),
+    )
+
+
+def _at_one_iso(sides: Sequence[Sequence[Row]]) -> tuple[list[Sequence[Row]], tuple[Finding, ...]]:
+    """Return the rows with results that know no ISO put at the only one of the others, where there is but one."""
+    isos = {row.iso for rows in sides for row in rows} - {None}
+    unknown = [at for at, rows in enumerate(sides) if all(row.iso is None for row in rows)]
+    if len(isos) != 1 or not unknown:
+        return list(sides), ()
+    iso = isos.pop()
+    labels = ", ".join(ascii_uppercase[at] for at in unknown)
+    finding = _info("iso-assumed", f"{labels} does not tell its ISO: its figures stand beside those of ISO {iso:g}.")
+    return [[replace(row, iso=iso) for row in rows] if at in unknown else rows for at, rows in enumerate(sides)], (
+        finding,
     )
 
 

@@ -17,10 +17,12 @@ from fullwell.report import plots_compare
 from fullwell.report.numbers import MISSING, show, show_exposure, show_iso, show_unit, show_value
 from fullwell.report.pivots import title_of, tooltip
 from fullwell.report.plots import Picture, style
+from fullwell.units import DECIBEL, STOP
 
 MOST_LINES: Final = 3000
 _MINUS: Final = "\N{MINUS SIGN}"
 _NOTABLE: Final = 0.01
+_HALF: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +32,7 @@ class Cell:
     text: str
     title: str = ""
     notable: bool = False
+    below: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +94,7 @@ def comparison_html(comparison: Comparison) -> str:
         undefined=jinja2.StrictUndefined,
     )
     css = Markup(environment.get_template("report.css").render())  # noqa: S704 - a constant of the package
-    whole = [match for match in comparison.matches if match.reference.region is None]
+    whole = [match for match in comparison.matches if _is_shown(match.reference)]
     return environment.get_template("compare.html").render(
         css=css,
         sides=[_side(side) for side in comparison.sides],
@@ -101,8 +104,13 @@ def comparison_html(comparison: Comparison) -> str:
         pictures=_pictures(comparison),
         blocks=figure_blocks(whole[:MOST_LINES]),
         omitted=len(comparison.matches) - len(whole[:MOST_LINES]),
-        crossings=[_crossing(crossing, comparison.sides) for crossing in comparison.crossings],
+        crossings=[_crossing(one, comparison.sides) for one in comparison.crossings if _is_shown(one.rows[0])],
     )
+
+
+def _is_shown(row: Row) -> bool:
+    """Tell whether the page has room for a row: of the whole plane, and no signed twin of a root beside it."""
+    return row.region is None and not row.quantity.endswith("_variance")
 
 
 def figure_blocks(matches: Sequence[Match]) -> tuple[FigureBlock, ...]:
@@ -111,7 +119,7 @@ def figure_blocks(matches: Sequence[Match]) -> tuple[FigureBlock, ...]:
     groups: dict[tuple[str, str], list[Match]] = {}
     for match in matches:
         groups.setdefault((match.reference.quantity, match.reference.measured.unit), []).append(match)
-    ranked = sorted(groups.items(), key=lambda item: order.get(item[0][0].removesuffix("_variance"), len(order)))
+    ranked = sorted(groups.items(), key=lambda item: order.get(item[0][0], len(order)))
     return tuple(_block(quantity, unit, mine) for (quantity, unit), mine in ranked)
 
 
@@ -155,13 +163,22 @@ def difference_cell(one: Difference | None) -> Cell:
     if one is None:
         return Cell(text=MISSING)
     text = show(one.measured) if one.measured.std_error else show_value(one.measured)
-    if one.ratio is not None and one.ratio > 0.0:
-        text += f" ({100.0 * (one.ratio - 1.0):+.2g} %)".replace("-", _MINUS)
+    if part := relative(one):
+        text += f" ({part})"
     if one.statistic is None or one.p_value is None:
         return Cell(text=text, title="no error: one of the figures has none, or both come from the same frames")
-    statistic = f"{one.statistic:+.1f} standard errors".replace("-", _MINUS)
+    statistic = f"{one.statistic:+.1f} s.e.".replace("-", _MINUS)
     chance = "p < 0.0001" if one.p_value < 1e-4 else f"p = {one.p_value:.2g}"
-    return Cell(text=text, title=f"{statistic}, {chance}", notable=one.p_value < _NOTABLE)
+    return Cell(text=text, below=f"{statistic}, {chance}", notable=one.p_value < _NOTABLE)
+
+
+def relative(one: Difference) -> str:
+    """Return a difference in per cent, as a multiple where large; empty for logarithms and beside zero."""
+    if one.ratio is None or one.ratio <= 0.0 or one.measured.unit in {DECIBEL, STOP}:
+        return ""
+    if not _HALF <= one.ratio <= 1.0 / _HALF:
+        return f"{one.ratio:.3g} times"
+    return f"{100.0 * (one.ratio - 1.0):+.2g} %".replace("-", _MINUS)
 
 
 def _crossing(crossing: Crossing, sides: Sequence[Side]) -> CrossLine:

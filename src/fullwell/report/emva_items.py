@@ -52,7 +52,7 @@ _SENSITIVITY: Final = (
     ("K", "System gain", "system_gain", DN_PER_ELECTRON, "K", "$DN/e^-$", "K"),
     ("inverse_K", "Inverse of the system gain", "conversion_factor", "e-/DN", "1/K", "$e^-/DN$", "InvK"),
     ("QE", "Quantum efficiency", "quantum_efficiency", PERCENT, r"$\eta$", _PERCENT, "QE"),
-    ("sigma_y_dark", "Temporal dark noise", "temporal_dark_noise", DN, r"$\sigma_{y.dark}$", "DN", "SigmaYDark"),
+    ("sigma_y_dark", "Temporal dark noise", "dark_noise", DN, r"$\sigma_{y.dark}$", "DN", "SigmaYDark"),
     ("sigma_d", "Temporal dark noise", "dark_noise", ELECTRON, r"$\sigma_d$", _E, "SigmaDark"),
     ("u_p_min", "Sensitivity threshold", "sensitivity_threshold", PHOTON, r"$\mu_{p.min}$", _P, "UPMin"),
     (
@@ -100,7 +100,7 @@ _SENSITIVITY: Final = (
     (
         "inverse_SNR_max",
         "Inverse maximum signal-to-noise ratio",
-        "snr_max_inverse",
+        "inverse_snr_max",
         PERCENT,
         "$SNR_{max}^{-1}$",
         _PERCENT,
@@ -150,13 +150,13 @@ _PATTERN: Final = (
 )
 _VARIANCES: Final = (
     ("sigma_2_y_stack", "Temporal variance of the stack", r"$\sigma^2_{y.stack}$", "stack_temporal_variance"),
-    ("s_2_y_measured", "Spatial variance as measured", "$s^2_{y.measured}$", "spatial_variance_measured"),
-    ("s_2_y", "Spatial variance", "$s^2_{y}$", "spatial_variance"),
-    ("s_2_y_cav", "Spatial variance of column means", "$s^2_{y.cav}$", "spatial_variance_of_column_means"),
-    ("s_2_y_rav", "Spatial variance of row means", "$s^2_{y.rav}$", "spatial_variance_of_row_means"),
-    ("s_2_y_col", "Spatial variance of columns", "$s^2_{y.col}$", "spatial_variance_column"),
-    ("s_2_y_row", "Spatial variance of rows", "$s^2_{y.row}$", "spatial_variance_row"),
-    ("s_2_y_pixel", "Spatial variance of pixels", "$s^2_{y.pixel}$", "spatial_variance_pixel"),
+    ("s_2_y_measured", "Spatial variance as measured", "$s^2_{y.measured}$", "stack_measured_variance"),
+    ("s_2_y", "Spatial variance", "$s^2_{y}$", "stack_variance"),
+    ("s_2_y_cav", "Spatial variance of column means", "$s^2_{y.cav}$", "stack_column_means_variance"),
+    ("s_2_y_rav", "Spatial variance of row means", "$s^2_{y.rav}$", "stack_row_means_variance"),
+    ("s_2_y_col", "Spatial variance of columns", "$s^2_{y.col}$", "stack_column_variance"),
+    ("s_2_y_row", "Spatial variance of rows", "$s^2_{y.row}$", "stack_row_variance"),
+    ("s_2_y_pixel", "Spatial variance of pixels", "$s^2_{y.pixel}$", "stack_pixel_variance"),
 )
 
 
@@ -186,13 +186,13 @@ ITEMS: Final = (
             section="spatial",
             tag=f"{tag}{end}",
             short=f"{short}{words}",
-            quantity=f"{quantity}{end}",
+            quantity=f"{quantity}_{light}",
             row_unit=DN2,
             symbol=symbol.replace("}$", ".dark}$") if end else symbol,
             unit="DN2",
         )
         for tag, short, symbol, quantity in _VARIANCES
-        for end, words in (("", ""), ("_dark", ", dark"))
+        for end, words, light in (("", "", "bright"), ("_dark", ", dark", "dark"))
     ),
     *_items("spatial", _PATTERN),
 )

@@ -42,7 +42,7 @@ def read_reference_results(path: Path) -> Results:
         item = items.get(tag)
         if item is None or not item.quantity or "value" not in fields:
             continue
-        value = _number(fields["value"], tag=tag, path=path)
+        value = _number(fields["value"], tag=item.tag, path=path)
         if value is None:
             missing.append(item.tag)
         else:

@@ -114,7 +114,7 @@ def _points(axes: Axes, table: Table, at: int) -> Sequence[str]:
     names: list[str] = []
     for channel, part in table.split("channel"):
         signal, variance = part.numbers("signal"), part.numbers("variance")
-        lit = (signal > 0.0) & (variance > 0.0)
+        lit = (signal > 0.0) & (variance > 0.0) & np.array([kind == "flat" for kind in part.values("kind")])
         axes.plot(
             signal[lit],
             variance[lit],

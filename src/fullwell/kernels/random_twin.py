@@ -1,12 +1,13 @@
 """The random numbers of `random`, one pixel at a time in plain Python: to read, and to test against."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.random import Draws, ziggurat
+from fullwell.kernels.random import Draws
+from fullwell.kernels.random_normal import ziggurat
 
 Block = tuple[int, int, int, int]
 
@@ -39,41 +40,43 @@ def philox4x32(counter: Block, key: tuple[int, int]) -> Block:
     return c0, c1, c2, c3
 
 
-def blocks(draws: Draws, pixel: int) -> Iterator[Block]:
-    """Yield the blocks of one pixel: draw 0, 1, 2, ..."""
-    draw = 0
+def words(draws: Draws, pixel: int) -> Iterator[int]:
+    """Yield the 64-bit words of one pixel: its half of the block it shares, then two of each block of its own."""
+    key = (draws.seed & 0xFFFFFFFF, draws.seed >> 32)
+    shared = philox4x32((pixel >> 1, 0, draws.frame, draws.stream), key)
+    yield shared[2 * (pixel & 1)] << 32 | shared[2 * (pixel & 1) + 1]
+    draw = 1
     while True:
-        yield philox4x32((pixel, draw, draws.frame, draws.stream), (draws.seed & 0xFFFFFFFF, draws.seed >> 32))
+        block = philox4x32((pixel, draw, draws.frame, draws.stream), key)
+        yield block[0] << 32 | block[1]
+        yield block[2] << 32 | block[3]
         draw += 1
 
 
-def first_unit(block: Block) -> float:
-    """Return 52 bits of words 0 and 1 as a number strictly between 0 and 1."""
-    return (((block[0] >> 6) << 26 | block[1] >> 6) + 0.5) * 2.0**-52
+def unit(word: int) -> float:
+    """Return the upper 52 bits of a word as a number strictly between 0 and 1."""
+    return ((word >> 12) + 0.5) * 2.0**-52
 
 
-def last_unit(block: Block) -> float:
-    """Return 52 bits of words 2 and 3 likewise."""
-    return (((block[2] >> 6) << 26 | block[3] >> 6) + 0.5) * 2.0**-52
-
-
-def normal_number(mine: Iterator[Block]) -> tuple[float, Block | None]:
-    """Return a ziggurat's number; and its block where the number came from the first block's core."""
+def normal_number(mine: Iterator[int], fraction: Callable[[int], float] = unit) -> tuple[float, int]:
+    """Return a ziggurat's number and the pixel's first word; ``fraction`` is the place of the first candidate."""
     edges, heights = ziggurat()
-    for attempt, block in enumerate(mine):
-        layer, sign = block[2] & 0xFF, -1.0 if block[2] & 0x100 else 1.0
-        distance = first_unit(block) * edges[layer]
+    first = word = next(mine)
+    place = fraction(word)
+    while True:
+        layer, sign = word & 0x3FF, -1.0 if word & 0x400 else 1.0
+        distance = place * edges[layer]
         if distance < edges[layer + 1]:
-            return sign * distance, block if attempt == 0 else None
+            return sign * distance, first
         if layer == 0:
-            for tail in mine:
-                beyond = -math.log(first_unit(tail)) / edges[1]
-                if -2.0 * math.log(last_unit(tail)) > beyond * beyond:
-                    return sign * (edges[1] + beyond), None
-        height = heights[layer] + (block[3] + 0.5) * 2.0**-32 * (heights[layer + 1] - heights[layer])
-        if height < math.exp(-0.5 * distance * distance):
-            return sign * distance, None
-    raise AssertionError
+            while True:
+                beyond = -math.log(unit(next(mine))) / edges[1]
+                if -2.0 * math.log(unit(next(mine))) > beyond * beyond:
+                    return sign * (edges[1] + beyond), first
+        word, chance = next(mine), unit(next(mine))
+        if heights[layer] + chance * (heights[layer + 1] - heights[layer]) < math.exp(-0.5 * distance * distance):
+            return sign * distance, first
+        place = unit(word)
 
 
 def poisson_probability(mean: float, count: float) -> float:
@@ -98,24 +101,24 @@ def small_poisson_number(mean: float, u: float) -> float:
     return float(count)
 
 
-def large_poisson_number(mean: float, mine: Iterator[Block]) -> float:
+def large_poisson_number(mean: float, mine: Iterator[int]) -> float:
     """Return a rounded normal number put right (algorithm PD, Ahrens and Dieter 1982), for means of at least 10."""
-    number, block = normal_number(mine)
-    u = first_unit(next(mine)) if block is None else ((block[3] << 20 | block[2] >> 12) + 0.5) * 2.0**-52
+    number, word = normal_number(mine, lambda word: ((word >> 24) + 0.5) * 2.0**-40)
+    rest, _ = next(mine), next(mine)
+    u = ((word >> 11 & 0x1FFF) + unit(rest)) * 2.0**-13
     count = math.floor(mean + math.sqrt(mean) * number)
     if count >= math.floor(mean - 1.1484) or 6.0 * mean * mean * u >= (mean - count) ** 3:
         return float(count)
     if count >= 0 and rounded_normal_probability(mean, count) * (1.0 - u) <= poisson_probability(mean, count):
         return float(count)
-    for further in mine:
-        away, side = -math.log(first_unit(further)), 2.0 * last_unit(further) - 1.0
+    while True:
+        away, side = -math.log(unit(next(mine))), 2.0 * unit(next(mine)) - 1.0
         place = 1.8 + math.copysign(away, side)
         if place > -0.6744:
             count = math.floor(mean + math.sqrt(mean) * place)
             excess = poisson_probability(mean, count) - rounded_normal_probability(mean, count)
             if 0.1069 / mean * abs(side) * math.exp(-away) <= excess:
                 return float(count)
-    raise AssertionError
 
 
 def _pixels(shape: tuple[int, int], draws: Draws) -> Iterator[tuple[tuple[int, int], int]]:
@@ -127,7 +130,7 @@ def normal(shape: tuple[int, int], draws: Draws) -> NDArray[np.float64]:
     """Return what `random.normal` returns."""
     out = np.empty(shape)
     for place, pixel in _pixels(shape, draws):
-        out[place] = normal_number(blocks(draws, pixel))[0]
+        out[place] = normal_number(words(draws, pixel))[0]
     return out
 
 
@@ -135,11 +138,9 @@ def poisson(mean: NDArray[np.float64], draws: Draws) -> NDArray[np.float64]:
     """Return what `random.poisson` returns."""
     out = np.empty(mean.shape)
     for place, pixel in _pixels((mean.shape[0], mean.shape[1]), draws):
-        mine = blocks(draws, pixel)
+        mine = words(draws, pixel)
         small = mean[place] < 10.0
         out[place] = (
-            small_poisson_number(mean[place], first_unit(next(mine)))
-            if small
-            else large_poisson_number(mean[place], mine)
+            small_poisson_number(mean[place], unit(next(mine))) if small else large_poisson_number(mean[place], mine)
         )
     return out

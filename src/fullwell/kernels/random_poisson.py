@@ -143,7 +143,7 @@ def _round_normals(  # noqa: PLR0917 - compiled functions take their arrays by p
 
 
 @njit(cache=True, error_model="numpy")
-def _fill_chunk(
+def _fill_chunk(  # noqa: PLR0917 - as above
     key: Words,
     pixel: int,
     mean: FloatArray,

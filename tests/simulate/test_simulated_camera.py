@@ -8,10 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from fullwell.model.sensor import SensorParameters
-from fullwell.simulate.camera import STAGES, build, take
-from fullwell.simulate.optics import Lens
+from fullwell.simulate.camera import STAGES, Surroundings, build, take
+from fullwell.simulate.geometry import Tile
+from fullwell.simulate.lens import Lens
 from fullwell.simulate.scene import SUBJECTS
-from fullwell.simulate.shot import Exposure, Tile
+from fullwell.simulate.shot import Exposure
 
 ROWS, COLUMNS, FRAMES = 128, 160, 24
 BLACK = 200.0
@@ -158,7 +159,7 @@ def test_shading_and_response_are_those_of_the_channel() -> None:
     )
     sensor = replace(sensor, read_noise_row=0.0, read_noise_column=0.0)
     lens = Lens(shading="cos4", focal_length_mm=4.0, exponents=(1.0, 1.1, 0.9, 1.0), flare=0.01)
-    camera = build(sensor, seed=3, lens=lens)
+    camera = build(sensor, seed=3, around=Surroundings(lens=lens))
     frames = np.array(
         [take(camera, Exposure(iso=100.0, exposure_s=0.0, electrons=4000.0, frame=n)) for n in range(8)],
         dtype=np.float64,
@@ -178,7 +179,7 @@ def test_shading_and_response_are_those_of_the_channel() -> None:
 
 def test_fixed_patterns_have_no_mean_and_stay_from_frame_to_frame() -> None:
     sensor = replace(SENSOR, cfa="RGGB", black_level=(BLACK,) * 4, response=(1.0,) * 4)
-    camera, other = build(sensor, seed=7), build(sensor, seed=8)
+    camera, other = build(sensor, seed=7).individual, build(sensor, seed=8).individual
     for row in (0, 1):
         for column in (0, 1):
             assert abs(camera.dsnu[row::2, column::2].mean(dtype=np.float64)) < 1e-7
@@ -191,7 +192,7 @@ def test_fixed_patterns_have_no_mean_and_stay_from_frame_to_frame() -> None:
 def test_no_tile_and_no_order_changes_a_bit() -> None:
     sensor = replace(SENSOR, cfa="BGGR", black_level=(BLACK, 201.0, 202.0, 203.0), response=(0.6, 1.0, 1.0, 0.5))
     lens = Lens(shading="cos4", focal_length_mm=0.2, exponents=(1.0,) * 4, flare=0.01)
-    camera = build(sensor, seed=7, lens=lens)
+    camera = build(sensor, seed=7, around=Surroundings(lens=lens))
     exposure = Exposure(iso=200.0, exposure_s=0.5, electrons=300.0, subject="patches", frame=3)
     tops, lefts = [0, 33, 34, 101, ROWS], [0, 7, 90, COLUMNS]
     cover = [
@@ -216,4 +217,17 @@ def test_subjects_are_light_and_the_same_picture_at_any_size(subject: str) -> No
 
 def test_stages_are_in_the_order_of_physics() -> None:
     names = [stage.__name__ for stage in STAGES]
-    assert names == ["light", "illumination", "expected_electrons", "collected", "read_out", "amplified", "converted"]
+    assert names == [
+        "light",
+        "focused",
+        "filtered",
+        "illumination",
+        "expected_electrons",
+        "collected",
+        "attracted",
+        "held",
+        "sensed",
+        "read_out",
+        "amplified",
+        "converted",
+    ]

@@ -37,12 +37,27 @@ class SensorParameters:
         Temporal noise that a row, a column or a frame has in common, before the amplifier [e-].
     read_noise_post
         Temporal noise of each pixel after the amplifier [DN].
-    dark_current
-        Rate [e-/s].
-    dsnu
-        Spread of the pixels' levels, before the amplifier [e-].
-    prnu
-        Spread of the pixels' responses as a fraction [1].
+    rts_pixels, rts_amplitude
+        Share of pixels that jump between two levels, and how far each level is from their mean [1], [e-].
+    dark_current, dark_current_spread
+        Rate at the reference temperature, and its spread over pixels [e-/s].
+    dark_current_doubling_c, dark_current_reference_c
+        Warming that doubles the dark current, None where it does not depend on the temperature [K]; and the
+        temperature that the rates belong to [deg C].
+    hot_pixels, hot_pixel_current
+        Share of pixels that have more dark current than others, and how much more on average [1], [e-/s].
+    dsnu, dsnu_row, dsnu_column
+        Spread of the levels of pixels, rows and columns, before the amplifier [e-].
+    prnu, prnu_row, prnu_column
+        Spread of the responses of pixels, rows and columns as a fraction [1].
+    nonlinearity
+        Share of the signal that is lost at full well, in proportion to the signal [1].
+    blooming
+        Share of the charge beyond full well that flows on into the pixels above and below [1].
+    brighter_fatter
+        Share of the shot variance lost per electron of charge, to the neighbours [1/e-].
+    dual_conversion_ratio
+        Amplification of the dark half of the range over that of the bright one; None for one amplification [1].
     pixel_pitch_um
         Distance of two pixels [um].
 
@@ -63,16 +78,36 @@ class SensorParameters:
     read_noise_column: float = 0.0
     read_noise_frame: float = 0.0
     read_noise_post: float = 0.0
+    rts_pixels: float = 0.0
+    rts_amplitude: float = 0.0
     dark_current: float = 0.0
+    dark_current_spread: float = 0.0
+    dark_current_doubling_c: float | None = None
+    dark_current_reference_c: float = 20.0
+    hot_pixels: float = 0.0
+    hot_pixel_current: float = 0.0
     dsnu: float = 0.0
+    dsnu_row: float = 0.0
+    dsnu_column: float = 0.0
     prnu: float = 0.0
+    prnu_row: float = 0.0
+    prnu_column: float = 0.0
+    nonlinearity: float = 0.0
+    blooming: float = 0.0
+    brighter_fatter: float = 0.0
+    dual_conversion_ratio: float | None = None
     pixel_pitch_um: float = 1.4
 
     def system_gain_at(self, iso: float) -> float:
         """Return DN per electron at an ISO [DN/e-]."""
         return self.system_gain * iso / self.base_iso
 
-    def dark_noise_at(self, iso: float, exposure_s: float) -> float:
+    @property
+    def knee(self) -> float:
+        """Signal at which the higher of two amplifications ends [DN]."""
+        return (self.white_level - max(self.black_level)) / (self.dual_conversion_ratio or 1.0)
+
+    def dark_noise_at(self, iso: float, exposure_s: float, temperature_c: float | None = None) -> float:
         """Return the temporal noise of a pixel in the dark before quantization [e-].
 
         Noise that rows, columns or the frame have in common is part of it: it moves a pixel from frame to frame as
@@ -84,6 +119,8 @@ class SensorParameters:
             ISO.
         exposure_s
             Exposure, for the shot noise of the dark current [s].
+        temperature_c
+            Temperature, likewise; None for that of the reference [deg C].
 
         Examples
         --------
@@ -105,8 +142,19 @@ class SensorParameters:
 
         """
         before = self.read_noise**2 + self.read_noise_row**2 + self.read_noise_column**2 + self.read_noise_frame**2
-        after = self.read_noise_post / self.system_gain_at(iso)
-        return math.sqrt(before + self.dark_current * exposure_s + after * after)
+        before += self.rts_pixels * self.rts_amplitude**2
+        after = self.read_noise_post / self.system_gain_at(iso) / (self.dual_conversion_ratio or 1.0)
+        return math.sqrt(before + self.mean_dark_current(temperature_c) * exposure_s + after * after)
+
+    def warmth(self, temperature_c: float | None) -> float:
+        """Return how many times the dark current of the reference temperature flows at another [1]."""
+        if temperature_c is None or self.dark_current_doubling_c is None:
+            return 1.0
+        return 2.0 ** ((temperature_c - self.dark_current_reference_c) / self.dark_current_doubling_c)
+
+    def mean_dark_current(self, temperature_c: float | None = None) -> float:
+        """Return the dark current of the mean pixel, hot ones included [e-/s]."""
+        return (self.dark_current + self.hot_pixels * self.hot_pixel_current) * self.warmth(temperature_c)
 
     def saturation_at(self, iso: float, site: int = 0) -> float:
         """Return the charge at which a CFA site saturates: that of the full well or of the converter, if lower [e-].

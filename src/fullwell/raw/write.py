@@ -19,7 +19,7 @@ from fullwell.raw.tags import Compression, Photometric, Tag
 _DEFAULT_TILE: Final = 512
 _ALIGNMENT: Final = 64
 _D65: Final = 21
-_XYZ_TO_CAMERA: Final = (3.2405, -1.5371, -0.4985, -0.9693, 1.8760, 0.0416, 0.0556, -0.2040, 1.0572)
+XYZ_TO_SRGB: Final = (3.2405, -1.5371, -0.4985, -0.9693, 1.8760, 0.0416, 0.0556, -0.2040, 1.0572)
 """ColorMatrix1: the camera's colours are taken for linear sRGB, since nothing better is known (IEC 61966-2-1)."""
 
 
@@ -45,6 +45,8 @@ class DngExtras:
         EXIF tag Temperature [deg C].
     gain_maps
         Opcodes of OpcodeList2, which readers apply after black is subtracted.
+    colour_matrix
+        ColorMatrix1, from XYZ to the camera's R, G and B, row by row; as if they were linear sRGB by default.
     as_shot_neutral
         What white is in the camera's own R, G and B; 1, 1, 1 by default.
 
@@ -59,6 +61,7 @@ class DngExtras:
     orientation: int = 1
     temperature_c: float | None = None
     gain_maps: tuple[GainMap, ...] = ()
+    colour_matrix: tuple[float, ...] = ()
     as_shot_neutral: tuple[float, ...] = ()
 
 
@@ -241,7 +244,7 @@ def _camera_fields(*, cfa: str, make: str, model: str, extras: DngExtras) -> lis
     ]
     if cfa != MONO:
         fields += [
-            Field(tag=Tag.COLOR_MATRIX_1, type=FieldType.SRATIONAL, values=_XYZ_TO_CAMERA),
+            Field(tag=Tag.COLOR_MATRIX_1, type=FieldType.SRATIONAL, values=extras.colour_matrix or XYZ_TO_SRGB),
             Field(tag=Tag.AS_SHOT_NEUTRAL, type=FieldType.RATIONAL, values=extras.as_shot_neutral or (1, 1, 1)),
             _short(Tag.CALIBRATION_ILLUMINANT_1, _D65),
         ]

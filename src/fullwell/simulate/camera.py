@@ -6,41 +6,75 @@ own, and changes no number that any other process draws.
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.random import Draws, normal
 from fullwell.model.sensor import SensorParameters
-from fullwell.raw.cfa import cell
 from fullwell.simulate import adc, charge, optics, photons, readout, scene
 from fullwell.simulate.chart import Painting
 from fullwell.simulate.config import SimulationConfig
-from fullwell.simulate.optics import Lens
-from fullwell.simulate.shot import Camera, Exposure, FloatArray, Shot, Stream, Tile, tiles
+from fullwell.simulate.geometry import Margins, Tile, tiles
+from fullwell.simulate.individual import make
+from fullwell.simulate.lens import Lens, even
+from fullwell.simulate.pictures import FloatArray
+from fullwell.simulate.shot import Camera, Exposure, Shot
 
 Stage = Callable[[FloatArray, Shot], FloatArray]
 
-_NO_PATTERN: Final = np.empty((0, 0), dtype=np.float32)
 STAGES: Final[tuple[Stage, ...]] = (
     scene.light,  # where the light comes from
+    optics.focused,  # how sharp the lens draws it
+    optics.filtered,  # what passes each colour filter
     optics.illumination,  # what the lens lets through, and its flare
     photons.expected_electrons,  # how many electrons to expect
-    charge.collected,  # how many came: shot noise, response, dark current, full well
+    charge.collected,  # how many came: shot noise, response, dark current
+    charge.attracted,  # where full pixels pushed them
+    charge.held,  # full well, and what spilt
+    readout.sensed,  # the response curve
     readout.read_out,  # offsets and noise before the amplifier
     readout.amplified,  # amplification, and noise after it
     adc.converted,  # black level, rounding, rails
 )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surroundings:
+    """What is around a sensor.
+
+    Parameters
+    ----------
+    lens
+        None for a lens that shades nothing.
+    margins
+        Optical-black pixels.
+    chart
+        What frames of a chart show.
+    pictures
+        Light of pictures by their path.
+    colour_matrix
+        Red, green and blue of the camera from those of the light, shape (3, 3).
+    companding_bits
+        Of stored codes where they are companded [bit].
+
+    """
+
+    lens: Lens | None = None
+    margins: Margins = field(default_factory=Margins)
+    chart: Painting | None = None
+    pictures: Mapping[str, FloatArray] = field(default_factory=dict[str, FloatArray])
+    colour_matrix: FloatArray = field(default_factory=lambda: np.eye(3))
+    companding_bits: int | None = None
+
+
 def build(
     sensor: SensorParameters,
     *,
     seed: int,
-    lens: Lens | None = None,
     at_iso: Mapping[float, SensorParameters] | None = None,
-    chart: Painting | None = None,
+    around: Surroundings | None = None,
 ) -> Camera:
     """Return one individual camera: the seed decides its fixed patterns.
 
@@ -50,24 +84,28 @@ def build(
         Parameters at the base ISO.
     seed
         0 to 2^64 - 1.
-    lens
-        None for a lens that shades nothing.
     at_iso
         Parameters at ISOs where they differ.
-    chart
-        What frames of a chart show.
+    around
+        None for a lens that shades nothing, and no more.
 
     """
+    around = around or Surroundings()
     sensors = {sensor.base_iso: sensor, **(at_iso or {})}
+    unequal = any(one.dsnu or one.dsnu_row or one.dsnu_column for one in sensors.values())
     return Camera(
         sensor=sensor,
         sensors=sensors,
         seed=seed,
-        lens=optics.even(sensor) if lens is None else lens.map_for(sensor),
-        prnu=_pattern(sensor, seed, Stream.PRNU) if sensor.prnu else _NO_PATTERN,
-        dsnu=_pattern(sensor, seed, Stream.DSNU) if any(one.dsnu for one in sensors.values()) else _NO_PATTERN,
-        flare=0.0 if lens is None else lens.flare,
-        chart=chart,
+        individual=make(sensor, seed=seed, shape=around.margins.shape(sensor), unequal=unequal),
+        lens=_behind_margins(even(sensor) if around.lens is None else around.lens.map_for(sensor), around.margins),
+        flare=0.0 if around.lens is None else around.lens.flare,
+        defocus=0.0 if around.lens is None else around.lens.defocus,
+        margins=around.margins,
+        colour_matrix=around.colour_matrix,
+        chart=around.chart,
+        pictures=around.pictures,
+        companding=None if around.companding_bits is None else adc.companding_table(sensor, around.companding_bits),
     )
 
 
@@ -76,9 +114,15 @@ def camera_of(config: SimulationConfig) -> Camera:
     return build(
         config.sensor,
         seed=config.seed,
-        lens=config.lens,
         at_iso={float(iso): config.sensor_at(iso) for iso in config.isos},
-        chart=config.chart,
+        around=Surroundings(
+            lens=config.lens,
+            margins=config.margins,
+            chart=config.chart,
+            pictures=config.pictures,
+            colour_matrix=config.colour_matrix,
+            companding_bits=config.output.companding_bits,
+        ),
     )
 
 
@@ -92,17 +136,20 @@ def take(camera: Camera, exposure: Exposure, cover: Iterable[Tile] | None = None
     exposure
         How the frame is taken.
     cover
-        Tiles that cover the mosaic, in any order; the choice changes no bit of the frame.
+        Tiles that cover the stored mosaic, in any order; the choice changes no bit of the frame. Charge that pixels
+        share with their neighbours makes the whole mosaic one tile.
 
     Returns
     -------
     ndarray
-        The mosaic, shape (height, width), uint16 [DN].
+        The stored mosaic, margins included, uint16 [DN].
 
     """
-    sensor = camera.sensor_at(exposure.iso)
-    mosaic = np.empty((sensor.height, sensor.width), dtype=np.uint16)
-    for tile in tiles(sensor.height, sensor.width) if cover is None else cover:
+    sensor, shape = camera.sensor_at(exposure.iso), camera.shape
+    mosaic = np.empty(shape, dtype=np.uint16)
+    if sensor.brighter_fatter or sensor.blooming:
+        cover = [Tile(top=0, left=0, bottom=shape[0], right=shape[1])]
+    for tile in tiles(*shape) if cover is None else cover:
         shot = Shot(camera=camera, sensor=sensor, exposure=exposure, tile=tile)
         array = np.empty((0, 0))
         for stage in STAGES:
@@ -111,16 +158,6 @@ def take(camera: Camera, exposure: Exposure, cover: Iterable[Tile] | None = None
     return mosaic
 
 
-def _pattern(sensor: SensorParameters, seed: int, stream: Stream) -> NDArray[np.float32]:
-    """Return a pattern of spread 1 and of mean zero over each CFA plane."""
-    pattern = np.empty((sensor.height, sensor.width), dtype=np.float32)
-    for tile in tiles(sensor.height, sensor.width):
-        first = tile.top * sensor.width
-        pattern[tile.window] = normal(
-            tile.shape, Draws(seed=seed, stream=stream.value, first=first, stride=sensor.width)
-        )
-    period = cell(sensor.cfa)
-    for site in range(period * period):
-        plane = pattern[site // period :: period, site % period :: period]
-        plane -= plane.mean(dtype=np.float64)
-    return pattern
+def _behind_margins(lens: NDArray[np.float32], margins: Margins) -> NDArray[np.float32]:
+    """Return a map of the stored mosaic: no light reaches the margins."""
+    return lens if margins.none else np.pad(lens, ((margins.top, margins.bottom), (margins.left, margins.right)))

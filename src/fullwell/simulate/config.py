@@ -10,13 +10,16 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from pydantic import ValidationError
 
 from fullwell.errors import UsageError
 from fullwell.model.sensor import SensorParameters
 from fullwell.simulate.chart import Painting, painted
 from fullwell.simulate.explanation import explained
-from fullwell.simulate.optics import Lens, lens_of
+from fullwell.simulate.geometry import Margins
+from fullwell.simulate.lens import Lens, lens_of
+from fullwell.simulate.pictures import SUFFIXES, FloatArray, read_light
 from fullwell.simulate.requirements import require_consistent
 from fullwell.simulate.sensors import base_sensor, sensor_at
 from fullwell.simulate.tables import ConfigTable, OutputTable, StudyTable
@@ -70,6 +73,25 @@ class SimulationConfig:
         """What frames of a chart show; None where the study has none."""
         charted = self.study.chart or any(series.kind == "chart" for series in self.study.series)
         return painted(self.table.chart, self.table.camera, folder=self.folder) if charted else None
+
+    @property
+    def margins(self) -> Margins:
+        """Optical-black pixels."""
+        black = self.output.optical_black
+        return Margins(left=black.left, top=black.top, right=black.right, bottom=black.bottom)
+
+    @property
+    def pictures(self) -> Mapping[str, FloatArray]:
+        """Light of every scene that is a picture, by the path the config has."""
+        study = self.study
+        named = [*(study.scene.subjects if study.scene else ()), *(one.subject for one in study.series if one.subject)]
+        return {name: read_light(self.folder / name) for name in named if name.lower().endswith(SUFFIXES)}
+
+    @property
+    def colour_matrix(self) -> FloatArray:
+        """Red, green and blue of the camera from those of the light, shape (3, 3) [1]."""
+        stated = self.table.camera.colour_matrix
+        return np.eye(3) if stated is None else np.array(stated, dtype=np.float64)
 
     @property
     def voltage_swing_v(self) -> float | None:

@@ -2,8 +2,11 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final, cast
 
+from fullwell.simulate.config import SimulationConfig
+from fullwell.simulate.pictures import SUFFIXES
 from fullwell.simulate.tables import ConfigTable
 
 _ONE_LINE: Final = 100
@@ -30,6 +33,45 @@ def config_text(table: ConfigTable) -> str:
         if isinstance(section, Mapping):
             lines += ["", *_section(name, cast("Mapping[str, object]", section))]
     return "\n".join(lines) + "\n"
+
+
+def self_contained(config: SimulationConfig, folder: str) -> tuple[ConfigTable, tuple[Path, ...]]:
+    """Return a config whose files lie in a folder beside it, and where they lie now.
+
+    Parameters
+    ----------
+    config
+        The config.
+    folder
+        Name of the folder.
+
+    """
+    table = config.table
+    files: list[Path] = []
+
+    def beside(name: str) -> str:
+        files.append(config.folder / name)
+        return f"{folder}/{Path(name).name}"
+
+    lens, chart, study = table.lens, table.chart, table.study
+    if lens.shading not in {"none", "cos4"}:
+        lens = lens.model_copy(update={"shading": beside(lens.shading)})
+    if isinstance(chart.densities, str):
+        chart = chart.model_copy(update={"densities": beside(chart.densities)})
+    if chart.name is not None and chart.name.endswith(".toml"):
+        chart = chart.model_copy(update={"name": beside(chart.name)})
+    if study.scene is not None:
+        subjects = [beside(one) if one.lower().endswith(SUFFIXES) else one for one in study.scene.subjects]
+        study = study.model_copy(update={"scene": study.scene.model_copy(update={"subjects": subjects})})
+    series = [
+        one.model_copy(update={"subject": beside(one.subject)})
+        if one.subject and one.subject.lower().endswith(SUFFIXES)
+        else one
+        for one in study.series
+    ]
+    study = study.model_copy(update={"series": series})
+    told = table.model_copy(update={"lens": lens, "chart": chart, "study": study})
+    return told, tuple(dict.fromkeys(files))
 
 
 def _section(name: str, section: Mapping[str, object]) -> list[str]:

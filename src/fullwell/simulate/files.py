@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.frames.sidecar import PIXEL_FORMATS
-from fullwell.raw.write import write_dng
+from fullwell.model.conversions import noise_profile_offset, noise_profile_scale
+from fullwell.raw.cfa import MONO, channels
+from fullwell.raw.write import XYZ_TO_SRGB, DngExtras, write_dng
+from fullwell.simulate.adc import companding_table
 from fullwell.simulate.config import SimulationConfig
 from fullwell.simulate.shot import Exposure
 
@@ -31,11 +34,11 @@ def write_frame(folder: Path, name: str, mosaic: NDArray[np.uint16], config: Sim
     name
         The frame's path below it, without a suffix.
     mosaic
-        Codes, shape (height, width), uint16 [DN].
+        Codes, shape of the stored mosaic, uint16 [DN].
     config
         Camera and format.
     taken
-        ISO and exposure.
+        How it was taken.
 
     Returns
     -------
@@ -45,28 +48,68 @@ def write_frame(folder: Path, name: str, mosaic: NDArray[np.uint16], config: Sim
     """
     path = folder / f"{name}{suffix(config)}"
     path.parent.mkdir(parents=True, exist_ok=True)
-    sensor = config.sensor
-    if config.output.format == "dng":
+    sensor, output = config.sensor_at(taken.iso), config.output
+    if output.format == "dng":
         write_dng(
             path,
             mosaic,
             cfa=sensor.cfa,
             black_level=sensor.black_level,
             white_level=sensor.white_level,
-            bit_depth=sensor.bit_depth,
+            bit_depth=output.companding_bits or sensor.bit_depth,
             iso=taken.iso,
             exposure_s=taken.exposure_s,
-            compression=config.output.compression,
+            compression=output.compression,
             model=config.name,
+            extras=_extras(config, taken),
         )
         return path
-    if config.output.format == "tiff":
+    if output.format == "tiff":
         _write_tiff(path, mosaic)
     else:
         path.write_bytes(mosaic.astype("<u2").tobytes())
     sidecar = json.dumps(_facts(config, taken), indent=1) + "\n"
     path.with_name(f"{path.name.removesuffix(path.suffix)}.json").write_text(sidecar, encoding="utf-8")
     return path
+
+
+def neutral(config: SimulationConfig) -> tuple[float, float, float]:
+    """Return what white light comes to in the camera's R, G and B, the largest 1; all 1 without colours [1]."""
+    sensor = config.sensor
+    if sensor.cfa == MONO:
+        return (1.0, 1.0, 1.0)
+    response = dict(zip(channels(sensor.cfa), sensor.response, strict=True))
+    red, green, blue = np.maximum(config.colour_matrix.sum(axis=1), 0.0).tolist()
+    white = (red * response["R"], green * 0.5 * (response["G1"] + response["G2"]), blue * response["B"])
+    most = max(white)
+    return (white[0] / most, white[1] / most, white[2] / most) if min(white) > 0.0 else (1.0, 1.0, 1.0)
+
+
+def noise_profile(config: SimulationConfig, taken: Exposure) -> tuple[tuple[float, float], ...]:
+    """Return S and O of the tag NoiseProfile: the temporal noise of the pixel, rounding included (DNG)."""
+    sensor = config.sensor_at(taken.iso)
+    system_gain = sensor.system_gain_at(taken.iso)
+    signal_range = sensor.white_level - sum(sensor.black_level) / len(sensor.black_level)
+    unlit = (sensor.dark_noise_at(taken.iso, taken.exposure_s, taken.temperature_c) * system_gain) ** 2 + 1.0 / 12.0
+    pair = (
+        noise_profile_scale(system_gain, signal_range=signal_range),
+        noise_profile_offset(unlit, signal_range=signal_range),
+    )
+    return (pair,)
+
+
+def _extras(config: SimulationConfig, taken: Exposure) -> DngExtras:
+    sensor, margins, bits = config.sensor, config.margins, config.output.companding_bits
+    to_camera = config.colour_matrix @ np.reshape(XYZ_TO_SRGB, (3, 3))
+    return DngExtras(
+        active_area=None if margins.none else margins.active(sensor),
+        masked_areas=() if margins.none else margins.masked(sensor),
+        noise_profile=noise_profile(config, taken) if config.output.noise_profile else (),
+        linearization_table=() if bits is None else tuple(companding_table(sensor, bits).tolist()),
+        temperature_c=taken.temperature_c,
+        colour_matrix=() if config.table.camera.colour_matrix is None else tuple(to_camera.ravel().tolist()),
+        as_shot_neutral=neutral(config),
+    )
 
 
 def _write_tiff(path: Path, mosaic: NDArray[np.uint16]) -> None:
@@ -77,7 +120,7 @@ def _write_tiff(path: Path, mosaic: NDArray[np.uint16]) -> None:
 
 def _facts(config: SimulationConfig, taken: Exposure) -> dict[str, object]:
     """Return what a sidecar says, by GenICam names."""
-    sensor = config.sensor
+    sensor = config.sensor_at(taken.iso)
     facts: dict[str, object] = {
         "PixelFormat": f"{PIXEL_FORMATS[sensor.cfa]}{sensor.bit_depth}",
         "Width": sensor.width,
@@ -88,4 +131,6 @@ def _facts(config: SimulationConfig, taken: Exposure) -> dict[str, object]:
     }
     if len(set(sensor.black_level)) == 1:
         facts["BlackLevel"] = sensor.black_level[0]
+    if taken.temperature_c is not None:
+        facts["DeviceTemperature"] = taken.temperature_c
     return facts

@@ -14,4 +14,5 @@ def expected_electrons(illumination: FloatArray, shot: Shot) -> FloatArray:
         What is taken.
 
     """
-    return illumination * shot.exposure.electrons
+    illumination *= shot.exposure.electrons
+    return illumination

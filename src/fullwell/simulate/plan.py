@@ -6,6 +6,7 @@ lists one by one are taken as they stand.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 from fullwell.frames.series import Kind
@@ -55,9 +56,14 @@ def plan(config: SimulationConfig) -> tuple[PlannedFrame, ...]:
         scene, iso = study.scene, min(study.isos)
         for subject in scene.subjects:
             seen = Exposure(iso=iso, exposure_s=scene.exposure_s, electrons=scene.electrons, subject=subject)
-            taken.append((f"{study.folders.scene}/{subject}", Kind.SCENE, seen))
+            taken.append((f"{study.folders.scene}/{Path(subject).stem}", Kind.SCENE, seen))
     for series in study.series:
         taken += _stated(series, folders.model_dump()[series.kind])
+    warm = study.temperature_c
+    taken = [
+        (name, kind, one if one.temperature_c is not None else replace(one, temperature_c=warm))
+        for name, kind, one in taken
+    ]
     return tuple(
         PlannedFrame(name=name, kind=kind, exposure=replace(exposure, frame=number))
         for number, (name, kind, exposure) in enumerate(taken)
@@ -96,6 +102,7 @@ def _stated(series: SeriesTable, folder: str) -> list[tuple[str, Kind, Exposure]
         exposure_s=nanosecond(series.exposure_s),
         electrons=series.electrons,
         subject=series.subject or _SUBJECT[kind],
+        temperature_c=series.temperature_c,
     )
     return _burst(folder, kind, series.frames, taken)
 

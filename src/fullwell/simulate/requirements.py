@@ -4,9 +4,10 @@ from collections import Counter
 
 from fullwell.errors import UsageError
 from fullwell.raw.cfa import MONO, cell
+from fullwell.simulate.pictures import SUFFIXES
 from fullwell.simulate.scene import SUBJECTS
 from fullwell.simulate.sensors import black_levels, white_level
-from fullwell.simulate.tables import CameraTable, ChartTable, ConfigTable, FlatTable, OutputTable, StudyTable
+from fullwell.simulate.tables import CameraTable, ChartTable, ConfigTable, FlatTable, StudyTable
 
 _COMPRESSED = "dng"
 
@@ -26,7 +27,8 @@ def require_consistent(table: ConfigTable, name: str) -> None:
         _isos(table),
         _study(table.study),
         _chart(table.chart),
-        _output(table.output),
+        _physics(table.camera),
+        _output(table),
     ):
         if sentence:
             raise UsageError(f"{name}: {sentence}")
@@ -96,8 +98,8 @@ def _subjects(study: StudyTable) -> str | None:
     named = [("study.scene.subjects holds", subject) for subject in (study.scene.subjects if study.scene else ())]
     named += [("study.series.subject =", series.subject) for series in study.series if series.subject]
     for where, subject in named:
-        if subject not in SUBJECTS:
-            return f'{where} "{subject}"; allowed: {", ".join(sorted(SUBJECTS))}.'
+        if subject not in SUBJECTS and not subject.lower().endswith(SUFFIXES):
+            return f'{where} "{subject}"; allowed: {", ".join(sorted(SUBJECTS))}, or the path of a picture.'
     return None
 
 
@@ -112,7 +114,31 @@ def _chart(chart: ChartTable) -> str | None:
     return None
 
 
-def _output(output: OutputTable) -> str | None:
+def _physics(camera: CameraTable) -> str | None:
+    if camera.dark_current_spread and not camera.dark_current:
+        return (
+            f"camera.dark_current_spread = {camera.dark_current_spread:g} is the spread of a dark current of 0; "
+            "allowed: a camera.dark_current above 0 with it."
+        )
+    matrix = camera.colour_matrix
+    if matrix is not None and [len(row) for row in matrix] != [3, 3, 3]:
+        return f"camera.colour_matrix = {matrix} is not square; allowed: three rows of three numbers."
+    return None
+
+
+def _output(table: ConfigTable) -> str | None:
+    output = table.output
+    for key, value in output.optical_black.model_dump().items():
+        if value % cell(table.camera.cfa):
+            return f"output.optical_black.{key} = {value} is odd; allowed for {table.camera.cfa}: even numbers."
+    if output.companding_bits is not None and output.companding_bits >= table.camera.bit_depth:
+        return (
+            f"output.companding_bits = {output.companding_bits} is not below camera.bit_depth = "
+            f"{table.camera.bit_depth}; allowed: from 4 to {table.camera.bit_depth - 1} bits."
+        )
+    for key in ("optical_black", "companding_bits", "noise_profile"):
+        if output.format != _COMPRESSED and key in output.model_dump(exclude_defaults=True):
+            return f'output.{key} does not go with format "{output.format}", which cannot tell of it; allowed: "dng".'
     if output.compression != "none" and output.format != _COMPRESSED:
         return (
             f'output.compression = "{output.compression}" does not go with format "{output.format}"; allowed: "none".'

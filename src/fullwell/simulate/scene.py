@@ -4,16 +4,20 @@ A subject is a function of the place in the picture, x to the right and y down, 
 knows nothing of pixels, so that a quarter-size camera sees the same picture.
 """
 
+import math
 from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 
-from fullwell.raw.cfa import cell, channels
+from fullwell.raw.cfa import MONO
+from fullwell.simulate.pictures import stretched
 from fullwell.simulate.shot import FloatArray, Shot
 
 Subject = Callable[[FloatArray, FloatArray, int], FloatArray]
 
+FLAT: Final = "flat"
+"""The subject of an even field."""
 CHART: Final = "chart"
 """The subject of frames of a chart."""
 _PATCHES: Final = (
@@ -80,26 +84,33 @@ SUBJECTS: Final[dict[str, Subject]] = {
 
 
 def light(_nothing: FloatArray, shot: Shot) -> FloatArray:
-    """Return the light of the scene at each pixel of the tile, relative to a response of 1 [1]."""
-    if shot.exposure.subject == "flat":
-        return np.ones(shot.tile.shape)
-    sensor, tile = shot.sensor, shot.tile
-    rows, columns = (
-        np.arange(first, last, dtype=np.float64) + 0.5
-        for first, last in ((tile.top, tile.bottom), (tile.left, tile.right))
-    )
-    out = np.empty(tile.shape)
-    period = cell(sensor.cfa)
-    for site, channel in enumerate(channels(sensor.cfa)):
-        down = slice((site // period - tile.top) % period, None, period)
-        across = slice((site % period - tile.left) % period, None, period)
-        out[down, across] = _seen(shot, rows[down], columns[across], {"R": 0, "B": 2}.get(channel, 1))
-    return out
+    """Return the light of the scene, relative to a response of 1, red, green and blue [1].
+
+    Returns
+    -------
+    ndarray
+        Shape (3, rows, columns) with what a lens out of focus brings from around the tile; for a sensor without
+        colours shape (1, rows, columns), and (1, 1, 1) for an even field.
+
+    """
+    if shot.exposure.subject == FLAT:
+        return np.ones((1, 1, 1))
+    rows, columns = shot.places(beyond=reach(shot.camera.defocus))
+    colours = (1,) if shot.sensor.cfa == MONO else (0, 1, 2)
+    return np.stack([_seen(shot, rows, columns, colour) for colour in colours])
+
+
+def reach(defocus: float) -> int:
+    """Return how far a blur brings light from [pixel]; four standard deviations."""
+    return math.ceil(4.0 * defocus)
 
 
 def _seen(shot: Shot, rows: FloatArray, columns: FloatArray, colour: int) -> FloatArray:
     """Return the light of one colour at the outer product of rows and columns [1]."""
-    if shot.exposure.subject == CHART and shot.camera.chart is not None:
-        return shot.camera.chart.seen(rows, columns, colour)
+    camera, subject = shot.camera, shot.exposure.subject
+    if subject == CHART and camera.chart is not None:
+        return camera.chart.seen(rows, columns, colour)
     x, y = columns[None, :] / shot.sensor.width, rows[:, None] / shot.sensor.height
-    return SUBJECTS[shot.exposure.subject](x, y, colour)
+    if subject in camera.pictures:
+        return stretched(camera.pictures[subject][colour], y[:, 0], x[0])
+    return SUBJECTS[subject](x, y, colour)

@@ -1,8 +1,7 @@
 """What one exposure of one camera is: everything a stage may know beside the array it works on."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from enum import IntEnum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,42 +10,10 @@ from fullwell.kernels.random import Draws
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import cell
 from fullwell.simulate.chart import Painting
+from fullwell.simulate.geometry import Margins, Stream, Tile
+from fullwell.simulate.individual import Individual
 
 FloatArray = NDArray[np.float64]
-Pattern = NDArray[np.float32]
-
-
-class Stream(IntEnum):
-    """Random processes of a sensor; the numbers are part of what a seed means, so they are never reused."""
-
-    PRNU = 1
-    DSNU = 2
-    CHARGE = 3
-    READ_NOISE = 4
-    READ_NOISE_ROW = 5
-    READ_NOISE_COLUMN = 6
-    READ_NOISE_FRAME = 7
-    READ_NOISE_POST = 8
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tile:
-    """A rectangle of the mosaic: first row and column, and one past the last."""
-
-    top: int
-    left: int
-    bottom: int
-    right: int
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
-        return self.bottom - self.top, self.right - self.left
-
-    @property
-    def window(self) -> tuple[slice, slice]:
-        """The rectangle as an index into an array of the whole mosaic."""
-        return slice(self.top, self.bottom), slice(self.left, self.right)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +29,9 @@ class Exposure:
     electrons
         Mean photo-electrons where scene, lens and response are 1 [e-]; 0 in the dark.
     subject
-        What the camera looks at: a name of `scene.SUBJECTS`, or ``chart``.
+        What the camera looks at: a name of `scene.SUBJECTS`, ``chart``, or the path of a picture.
+    temperature_c
+        Temperature of the sensor, None for that of its reference [deg C].
     frame
         Number of the frame in the study: no two frames share their temporal noise.
 
@@ -72,6 +41,7 @@ class Exposure:
     exposure_s: float
     electrons: float = 0.0
     subject: str = "flat"
+    temperature_c: float | None = None
     frame: int = 0
 
 
@@ -87,26 +57,45 @@ class Camera:
         Parameters at ISOs where they differ.
     seed
         Key of every random number.
+    individual
+        Fixed patterns of the sensor.
     lens
-        Relative illumination times the response of each pixel's site, shape (height, width), float32 [1].
-    prnu, dsnu
-        Patterns of spread 1 and of mean zero over each CFA plane, shape (height, width), float32; empty where the
-        sensor has none.
+        Relative illumination times the response of each pixel's site, shape of the stored mosaic, 0 in the margins,
+        float32 [1].
     flare
         Stray light everywhere, as a fraction of the largest signal [1].
+    defocus
+        Standard deviation of the blur [pixel].
+    margins
+        Optical-black pixels.
+    colour_matrix
+        Red, green and blue of the camera from those of the light, shape (3, 3).
     chart
         What frames of a chart show; None without one.
+    pictures
+        Light of pictures by their path, shape (3, rows, columns), stretched over the visible mosaic.
+    companding
+        Linear code of each stored code, None where codes are linear [DN].
 
     """
 
     sensor: SensorParameters
-    sensors: dict[float, SensorParameters]
+    sensors: Mapping[float, SensorParameters]
     seed: int
-    lens: Pattern
-    prnu: Pattern
-    dsnu: Pattern
+    individual: Individual
+    lens: NDArray[np.float32]
     flare: float = 0.0
+    defocus: float = 0.0
+    margins: Margins = field(default_factory=Margins)
+    colour_matrix: FloatArray = field(default_factory=lambda: np.eye(3))
     chart: Painting | None = None
+    pictures: Mapping[str, FloatArray] = field(default_factory=dict[str, FloatArray])
+    companding: NDArray[np.uint16] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the stored mosaic."""
+        return self.margins.shape(self.sensor)
 
     def sensor_at(self, iso: float) -> SensorParameters:
         """Return the parameters at an ISO."""
@@ -124,13 +113,28 @@ class Shot:
 
     def draws(self, stream: Stream) -> Draws:
         """Return one number per pixel of the tile."""
-        width = self.sensor.width
+        width = self.camera.shape[1]
         first = self.tile.top * width + self.tile.left
         return Draws(seed=self.camera.seed, stream=stream.value, frame=self.exposure.frame, first=first, stride=width)
 
     def line_draws(self, stream: Stream, first: int) -> Draws:
         """Return one number per line, counted from ``first``."""
         return Draws(seed=self.camera.seed, stream=stream.value, frame=self.exposure.frame, first=first)
+
+    def places(self, *, beyond: int = 0) -> tuple[FloatArray, FloatArray]:
+        """Return the middles of rows and columns in pixels of the visible mosaic; what lies outside is its edge.
+
+        Parameters
+        ----------
+        beyond
+            Rows and columns around the tile that are wanted too.
+
+        """
+        margins, tile = self.camera.margins, self.tile
+        rows = np.arange(tile.top - beyond, tile.bottom + beyond, dtype=np.float64) + (0.5 - margins.top)
+        columns = np.arange(tile.left - beyond, tile.right + beyond, dtype=np.float64) + (0.5 - margins.left)
+        height, width = self.sensor.height, self.sensor.width
+        return np.clip(rows, 0.5, height - 0.5), np.clip(columns, 0.5, width - 0.5)
 
     def by_site(self, values: tuple[float, ...]) -> FloatArray:
         """Return one value per CFA site as an array that broadcasts over rows of the tile.
@@ -153,10 +157,3 @@ def by_site(values: tuple[float, ...], cfa: str, tile: Tile) -> FloatArray:
     rows = np.arange(tile.top, tile.bottom) % period
     columns = np.arange(tile.left, tile.right) % period
     return pattern[np.ix_(rows, columns)]
-
-
-def tiles(height: int, width: int, *, pixels: int = 32768) -> Iterator[Tile]:
-    """Yield bands of whole rows that cover a mosaic, each of about ``pixels`` pixels."""
-    rows = max(1, pixels // width)
-    for top in range(0, height, rows):
-        yield Tile(top=top, left=0, bottom=min(top + rows, height), right=width)

@@ -18,6 +18,12 @@ Seconds = Annotated[
 ]
 Iso = Annotated[int, Field(ge=1, le=65534, description="a whole number from 1 to 65534")]
 FrameCount = Annotated[int, Field(ge=1, le=100_000, description="a whole number from 1 to 100000")]
+Share = Annotated[float, Field(ge=0.0, le=0.5, allow_inf_nan=False, description="a fraction of pixels from 0 to 0.5")]
+Celsius = Annotated[
+    float, Field(ge=-273.0, le=200.0, allow_inf_nan=False, description="a number from -273 to 200, in deg C")
+]
+Coefficient = Annotated[float, Field(ge=-10.0, le=10.0, allow_inf_nan=False, description="a number from -10 to 10")]
+Margin = Annotated[int, Field(ge=0, le=4096, description="an even whole number from 0 to 4096, in pixels")]
 BlackLevel = Annotated[
     Level | list[Level], Field(description="a number from 0 up to below white_level, in DN, or one per CFA site")
 ]
@@ -69,6 +75,8 @@ class IsoTable(Table):
     read_noise_column: Electrons | None = None
     read_noise_frame: Electrons | None = None
     dsnu: Electrons | None = None
+    dsnu_row: Electrons | None = None
+    dsnu_column: Electrons | None = None
 
 
 class CameraTable(Table):
@@ -96,10 +104,37 @@ class CameraTable(Table):
     read_noise_row: Electrons = 0.0
     read_noise_column: Electrons = 0.0
     read_noise_frame: Electrons = 0.0
+    rts_pixels: Share = 0.0
+    rts_amplitude: Electrons = 0.0
     dark_current: Rate = 0.0
+    dark_current_spread: Rate = 0.0
+    dark_current_doubling_c: Annotated[
+        float | None, Field(gt=0.0, le=100.0, allow_inf_nan=False, description="a number above 0 and up to 100, in K")
+    ] = None
+    dark_current_reference_c: Celsius = 20.0
+    hot_pixels: Share = 0.0
+    hot_pixel_current: Rate = 0.0
     dsnu: Electrons = 0.0
+    dsnu_row: Electrons = 0.0
+    dsnu_column: Electrons = 0.0
     prnu: Percent = 0.0
+    prnu_row: Percent = 0.0
+    prnu_column: Percent = 0.0
+    nonlinearity: Annotated[
+        float, Field(ge=-20.0, le=20.0, allow_inf_nan=False, description="a number from -20 to 20, in percent")
+    ] = 0.0
+    blooming: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False, description="a fraction from 0 to 1")] = 0.0
+    brighter_fatter: Annotated[
+        float, Field(ge=0.0, le=1e-4, allow_inf_nan=False, description="a number from 0 to 1e-4, per electron")
+    ] = 0.0
+    dual_conversion_ratio: Annotated[
+        float | None, Field(gt=1.0, le=64.0, allow_inf_nan=False, description="a number above 1 and up to 64")
+    ] = None
     channel_response: ChannelTable = ChannelTable()
+    colour_matrix: Annotated[
+        list[list[Coefficient]] | None,
+        Field(description="three rows of three numbers from -10 to 10: R, G and B of the camera from linear sRGB"),
+    ] = None
     pixel_pitch_um: Annotated[
         float, Field(gt=0.0, le=1000.0, allow_inf_nan=False, description="a number above 0 and up to 1000, in um")
     ] = 1.4
@@ -112,7 +147,12 @@ class CameraTable(Table):
 class LensTable(Table):
     """``[lens]``: shading and flare."""
 
-    shading: Annotated[str, Field(min_length=1, description="none, cos4, or the path of an .npy file")] = "none"
+    shading: Annotated[
+        str, Field(min_length=1, description="none, cos4, or the path of an .npy, .npz or libcamera .json file")
+    ] = "none"
+    colour_temperature: Annotated[
+        float, Field(ge=1000.0, le=20000.0, description="a number from 1000 to 20000, in K")
+    ] = 5000.0
     shading_exponent: ExponentTable = ExponentTable()
     focal_length_mm: Annotated[
         float, Field(gt=0.0, le=1e5, allow_inf_nan=False, description="a number above 0 and up to 1e5, in mm")
@@ -120,6 +160,9 @@ class LensTable(Table):
     flare: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False, description="a fraction from 0 to below 1")] = (
         0.0
     )
+    defocus: Annotated[
+        float, Field(ge=0.0, le=50.0, allow_inf_nan=False, description="a number from 0 to 50, in pixels")
+    ] = 0.0
 
 
 class DarkTable(Table):
@@ -156,6 +199,7 @@ class SeriesTable(Table):
     electrons: Electrons = 0.0
     frames: FrameCount = 1
     subject: Annotated[str | None, Field(min_length=1, description="the name of a subject, for a scene")] = None
+    temperature_c: Celsius | None = None
 
 
 class FolderTable(Table):
@@ -178,11 +222,28 @@ class StudyTable(Table):
     chart: FlatTable | None = None
     scene: SceneTable | None = None
     series: Annotated[list[SeriesTable], Field(description="tables of kind, iso, exposure_s, electrons, frames")] = []
+    temperature_c: Celsius | None = None
     folders: FolderTable = FolderTable()
+
+
+class MarginTable(Table):
+    """``optical_black`` of ``[output]``: pixels around the visible ones that see no light."""
+
+    left: Margin = 0
+    top: Margin = 0
+    right: Margin = 0
+    bottom: Margin = 0
 
 
 class OutputTable(Table):
     """``[output]``: what files are written."""
+
+    optical_black: MarginTable = MarginTable()
+    companding_bits: Annotated[
+        int | None, Field(ge=4, le=15, description="a whole number from 4 to below bit_depth, in bits")
+    ] = None
+    noise_profile: bool = False
+    preview: bool = False
 
     format: Annotated[Literal["dng", "tiff", "headerless"], Field(description="dng, tiff or headerless")] = "dng"
     compression: Annotated[Literal["none", "lossless-jpeg"], Field(description="none or lossless-jpeg")] = "none"

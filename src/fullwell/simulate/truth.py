@@ -55,6 +55,14 @@ class TrueValue:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _Unlit:
+    """The unlit frames that noise and fixed pattern in the dark are measured on."""
+
+    exposure_s: float = 0.0
+    temperature_c: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Place:
     """One channel of one camera at one ISO; ``site`` is its place in the CFA cell."""
 
@@ -67,6 +75,18 @@ class _Place:
     @property
     def sensor(self) -> SensorParameters:
         return self.config.sensor_at(self.iso)
+
+    @property
+    def unlit(self) -> tuple[PlannedFrame, ...]:
+        """Dark and bias frames at the ISO."""
+        return tuple(
+            frame for frame in self.frames if frame.kind in {Kind.DARK, Kind.BIAS} and frame.exposure.iso == self.iso
+        )
+
+    @property
+    def straight(self) -> bool:
+        """Whether signal and variance grow with the light as the noise model says, up to the full well."""
+        return not (self.sensor.nonlinearity or self.sensor.brighter_fatter)
 
     @property
     def system_gain(self) -> float:
@@ -100,12 +120,14 @@ def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
             place = _Place(config=config, channel=channel, site=site, iso=float(iso), frames=frames)
             for part in _PARTS:
                 rows += part(place)
-        rows += _before_and_after(config.sensor, channel)
+        rows += _before_and_after(config, channel)
     return tuple(rows)
 
 
 def _levels(place: _Place) -> Iterator[TrueValue]:
     sensor = place.sensor
+    if any(frame.kind is Kind.CHART and frame.exposure.iso == place.iso for frame in place.frames):
+        yield place.row("flare", ONE, place.config.lens.flare)
     yield place.row("black_level", DN, sensor.black_level[place.site])
     yield place.row("white_level", DN, float(sensor.white_level))
     yield place.row("system_gain", DN_PER_ELECTRON, place.system_gain)
@@ -113,12 +135,12 @@ def _levels(place: _Place) -> Iterator[TrueValue]:
 
 def _unlit_noise(place: _Place) -> Iterator[TrueValue]:
     sensor = place.sensor
-    exposure_s = _shortest_unlit(place)
+    unlit = _shortest_unlit(place)
     noises = [
-        ("read_noise", sensor.dark_noise_at(place.iso, exposure_s)),
+        ("read_noise", sensor.dark_noise_at(place.iso, unlit.exposure_s, unlit.temperature_c)),
         ("read_noise_row", sensor.read_noise_row),
         ("read_noise_column", sensor.read_noise_column),
-        ("dsnu", sensor.dsnu),
+        *_dsnu_parts(place, unlit),
     ]
     for quantity, noise in noises:
         noise_dn = noise * place.system_gain
@@ -130,8 +152,26 @@ def _unlit_noise(place: _Place) -> Iterator[TrueValue]:
             yield place.row(quantity, VOLT, noise_dn * place.config.voltage_swing_v / sensor.white_level)
 
 
+def _dsnu_parts(place: _Place, unlit: _Unlit) -> list[tuple[str, float]]:
+    """Return DSNU and its parts; none where hot pixels leave it without a spread that a sample would show [e-]."""
+    sensor = place.sensor
+    if sensor.hot_pixels * sensor.hot_pixel_current > 0.0:
+        return []
+    pixel = math.hypot(sensor.dsnu, sensor.dark_current_spread * sensor.warmth(unlit.temperature_c) * unlit.exposure_s)
+    return [
+        ("dsnu", math.hypot(pixel, sensor.dsnu_row, sensor.dsnu_column)),
+        ("dsnu_row", sensor.dsnu_row),
+        ("dsnu_column", sensor.dsnu_column),
+        ("dsnu_pixel", pixel),
+    ]
+
+
 def _dark_current(place: _Place) -> Iterator[TrueValue]:
-    rate = place.sensor.dark_current
+    """Yield the dark current of the mean pixel; nothing where the unlit frames have different temperatures."""
+    warm = {frame.exposure.temperature_c for frame in place.unlit}
+    if len(warm) > 1:
+        return
+    rate = place.sensor.mean_dark_current(next(iter(warm), None))
     rate_dn = rate * place.system_gain
     yield place.row("dark_current", ELECTRON_PER_SECOND, rate)
     yield place.row("dark_current", DN_PER_SECOND, rate_dn)
@@ -141,15 +181,28 @@ def _dark_current(place: _Place) -> Iterator[TrueValue]:
 
 
 def _response(place: _Place) -> Iterator[TrueValue]:
+    """Yield PRNU and the noise coefficients; nothing where a bent response or its neighbours' charge changes them."""
     sensor = place.sensor
-    yield place.row("prnu", PERCENT, 100.0 * sensor.prnu)
-    yield place.row("prnu_variance", f"{PERCENT}^2", (100.0 * sensor.prnu) ** 2)
+    if not place.straight:
+        return
+    prnu = math.hypot(sensor.prnu, sensor.prnu_row, sensor.prnu_column)
+    for quantity, share in (
+        ("prnu", prnu),
+        ("prnu_row", sensor.prnu_row),
+        ("prnu_column", sensor.prnu_column),
+        ("prnu_pixel", sensor.prnu),
+    ):
+        yield place.row(quantity, PERCENT, 100.0 * share)
+        yield place.row(f"{quantity}_variance", f"{PERCENT}^2", (100.0 * share) ** 2)
+    parts = dict(_dsnu_parts(place, _Unlit()))
+    if "dsnu" not in parts:
+        return
     ks = noise_coefficients(
         system_gain=place.system_gain,
         digital_maximum=float(sensor.white_level),
         dark_noise=sensor.dark_noise_at(place.iso, 0.0),
-        prnu=sensor.prnu,
-        offset_spread=sensor.dsnu,
+        prnu=prnu,
+        offset_spread=parts["dsnu"],
     )
     for quantity, value in (("k_dark", ks.k_dark), ("k_shot", ks.k_shot), ("k_fpn", ks.k_fpn)):
         yield place.row(quantity, ONE, value)
@@ -158,16 +211,20 @@ def _response(place: _Place) -> Iterator[TrueValue]:
 
 def _range(place: _Place) -> Iterator[TrueValue]:
     sensor, system_gain = place.sensor, place.system_gain
+    parts = dict(_dsnu_parts(place, _Unlit()))
+    if not place.straight or sensor.dual_conversion_ratio or "dsnu" not in parts:
+        return
+    fixed = sensor.prnu**2 + sensor.prnu_row**2 + sensor.prnu_column**2
     electrons = sensor.saturation_at(place.iso, place.site)
     level = electrons * system_gain
-    dark = (sensor.dark_noise_at(place.iso, 0.0) * system_gain) ** 2 + (sensor.dsnu * system_gain) ** 2 + 1.0 / 12.0
-    snr = float(signal_to_noise(level, dark=dark, shot=system_gain, fixed_pattern=sensor.prnu**2))
+    dark = (sensor.dark_noise_at(place.iso, 0.0) * system_gain) ** 2 + (parts["dsnu"] * system_gain) ** 2 + 1.0 / 12.0
+    snr = float(signal_to_noise(level, dark=dark, shot=system_gain, fixed_pattern=fixed))
     yield place.row("saturation_capacity", ELECTRON, electrons)
     yield place.row("saturation_capacity", DN, level)
     yield place.row("snr_max", ONE, snr)
     yield place.row("snr_max", DECIBEL, 20.0 * math.log10(snr))
     for threshold in SNR_THRESHOLDS:
-        ratio = level / signal_at_snr(threshold, dark=dark, shot=system_gain, fixed_pattern=sensor.prnu**2)
+        ratio = level / signal_at_snr(threshold, dark=dark, shot=system_gain, fixed_pattern=fixed)
         if math.isfinite(ratio) and ratio > 0.0:
             yield place.row("dynamic_range", ONE, ratio, snr_threshold=threshold)
             yield place.row("dynamic_range", DECIBEL, 20.0 * math.log10(ratio), snr_threshold=threshold)
@@ -177,20 +234,20 @@ def _range(place: _Place) -> Iterator[TrueValue]:
 _PARTS: tuple[Callable[[_Place], Iterator[TrueValue]], ...] = (_levels, _unlit_noise, _dark_current, _response, _range)
 
 
-def _before_and_after(sensor: SensorParameters, channel: str) -> Iterator[TrueValue]:
-    """Yield the noise before the amplifier at an amplification of 1, and that after it [DN]."""
+def _before_and_after(config: SimulationConfig, channel: str) -> Iterator[TrueValue]:
+    """Yield the noise before the amplifier at an amplification of 1, and that after it, where ISO tells them apart."""
+    sensor = config.sensor
+    if config.table.camera.at_iso or sensor.dual_conversion_ratio:
+        return
     shared = sensor.read_noise_row**2 + sensor.read_noise_column**2 + sensor.read_noise_frame**2
+    shared += sensor.rts_pixels * sensor.rts_amplitude**2
     before = math.sqrt(sensor.read_noise**2 + shared) * sensor.system_gain
     for quantity, value in (("read_noise_pre", before), ("read_noise_post", sensor.read_noise_post)):
         yield TrueValue(quantity=quantity, channel=channel, unit=DN, iso=None, value=value)
         yield TrueValue(quantity=f"{quantity}_variance", channel=channel, unit=DN2, iso=None, value=value**2)
 
 
-def _shortest_unlit(place: _Place) -> float:
-    """Return the exposure read noise is measured at [s]."""
-    unlit = [
-        frame.exposure.exposure_s
-        for frame in place.frames
-        if frame.kind in {Kind.DARK, Kind.BIAS} and frame.exposure.iso == place.iso
-    ]
-    return min(unlit, default=0.0)
+def _shortest_unlit(place: _Place) -> _Unlit:
+    """Return the exposure read noise and DSNU are measured at."""
+    first = min((frame.exposure for frame in place.unlit), key=lambda one: one.exposure_s, default=None)
+    return _Unlit() if first is None else _Unlit(exposure_s=first.exposure_s, temperature_c=first.temperature_c)

@@ -1,6 +1,7 @@
 """A camera as raw files on disk: a config becomes a study that `characterize` reads by its folder names."""
 
 import json
+import shutil
 from collections.abc import Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
@@ -12,6 +13,7 @@ from fullwell.files import holds_document, replaced_folder
 from fullwell.frames.series import Kind
 from fullwell.simulate.camera import camera_of, take
 from fullwell.simulate.config import SimulationConfig, read_config
+from fullwell.simulate.config_text import config_text, self_contained
 from fullwell.simulate.files import suffix, write_frame
 from fullwell.simulate.plan import PlannedFrame, plan
 from fullwell.simulate.shot import Camera
@@ -21,6 +23,8 @@ from fullwell.workflow.executor import Progress
 TRUTH: Final = "truth.json"
 SCHEMA: Final = "fullwell-truth/1"
 PATCHES: Final = "PATCHES.csv"
+CONFIG: Final = "config.toml"
+INPUTS: Final = "inputs"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +80,7 @@ def simulate_config(
     with replaced_folder(out) as folder:
         _write_frames(config, camera, frames, folder, workers=workers, progress=progress)
         _write_patches(camera, frames, folder)
+        _write_config(config, folder)
         document = json.dumps(truth_document(config, frames), indent=1) + "\n"
         (folder / TRUTH).write_text(document, encoding="utf-8", newline="\n")
     return SimulatedStudy(root=out, config=config, frames=frames)
@@ -127,6 +132,15 @@ def _write_patches(camera: Camera, frames: Sequence[PlannedFrame], folder: Path)
     if camera.chart is not None:
         for place in {frame.name.rpartition("/")[0] for frame in frames if frame.kind is Kind.CHART}:
             camera.chart.write(folder / place / PATCHES)
+
+
+def _write_config(config: SimulationConfig, folder: Path) -> None:
+    """Write the config that was used, and beside it every file that it names."""
+    table, files = self_contained(config, INPUTS)
+    for source in files:
+        (folder / INPUTS).mkdir(exist_ok=True)
+        shutil.copyfile(source, folder / INPUTS / source.name)
+    (folder / CONFIG).write_text(config_text(table), encoding="utf-8", newline="\n")
 
 
 def _wait_for(futures: Sequence[Future[None]]) -> None:

@@ -24,7 +24,12 @@ from fullwell.simulate.requirements import require_consistent
 from fullwell.simulate.sensors import base_sensor, sensor_at
 from fullwell.simulate.tables import ConfigTable, OutputTable, StudyTable
 
-CAMERAS: Final = {"pixel-4a": "pixel_4a.toml"}
+CAMERAS: Final = {
+    "pixel-4a": "pixel_4a.toml",
+    "sony-a6000": "sony_a6000.toml",
+    "sony-emva": "sony_emva.toml",
+    "imx541": "imx541.toml",
+}
 """Configs that come with Fullwell, by what the command line calls them."""
 
 
@@ -160,6 +165,12 @@ def shipped_text(camera: str) -> str:
     if camera not in CAMERAS:
         raise UsageError(f'There is no camera "{camera}"; Fullwell comes with {", ".join(CAMERAS)}.')
     return (resources.files("fullwell.simulate") / "cameras" / CAMERAS[camera]).read_text(encoding="utf-8")
+
+
+def shipped_summary(camera: str) -> str:
+    """Return the first sentence of a shipped config's own description."""
+    comment = " ".join(line.removeprefix("#").strip() for line in shipped_text(camera).split("\nseed")[0].splitlines())
+    return comment.split(": ")[0].split(", as ")[0].rstrip(".") + "."
 
 
 def shipped_config(camera: str) -> SimulationConfig:

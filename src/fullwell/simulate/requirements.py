@@ -35,6 +35,15 @@ def require_consistent(table: ConfigTable, name: str) -> None:
 
 
 def _levels(camera: CameraTable) -> str | None:
+    """Return what is wrong with the levels, at any ISO."""
+    said = [(f"camera.at_iso of ISO {one.iso}: ", one.black_level) for one in camera.at_iso]
+    for where, black in (("", camera.black_level), *said):
+        if black is not None and (wrong := _level(camera.model_copy(update={"black_level": black}))):
+            return f"{where}{wrong}"
+    return None
+
+
+def _level(camera: CameraTable) -> str | None:
     most = 2**camera.bit_depth - 1
     white, black = white_level(camera), black_levels(camera)
     sites = cell(camera.cfa) ** 2

@@ -215,7 +215,7 @@ class FolderTable(Table):
 class StudyTable(Table):
     """``[study]``: what is taken."""
 
-    isos: Annotated[list[Iso], Field(min_length=1, description="a list of whole numbers")] = [100]
+    isos: Annotated[list[Iso], Field(min_length=1, description="a list of whole numbers from 1 to 65534")] = [100]
     flat: FlatTable | None = None
     dark: DarkTable | None = None
     bias: DarkTable | None = None
@@ -269,7 +269,7 @@ class ChartTable(Table):
     ] = None
     densities: Annotated[
         list[Density] | str | None,
-        Field(description="a list of densities, or the path of a file that ends each line with one"),
+        Field(description="a list of densities from 0 to 10, or the path of a file that ends each line with one"),
     ] = None
     columns: Annotated[int | None, Field(ge=1, le=400, description="a whole number from 1 to 400")] = None
     fill: Annotated[

@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmarks.bursts import against_ccdproc
 from benchmarks.reduction import BURSTS, FRAMES, ONE_SERIES, compressed, uncompressed
 from benchmarks.responses import against_octave, against_reading
+from benchmarks.simulation import against_numpy as simulated_against_numpy
 from benchmarks.timing import Comparison
 from benchmarks.unpacking import against_numpy
 
@@ -39,6 +40,7 @@ def main() -> int:
             against_reading,
             lambda: against_octave(folder),
             against_numpy,
+            simulated_against_numpy,
         ):
             for one in benchmark():
                 print(line(one), flush=True)

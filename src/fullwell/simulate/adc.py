@@ -25,7 +25,7 @@ def converted(signal: FloatArray, shot: Shot) -> FloatArray:
         ratio = sensor.dual_conversion_ratio
         bright = signal >= sensor.knee
         signal[bright] = np.rint(signal[bright] / ratio) * ratio
-    signal += shot.by_site(sensor.black_level)
+    shot.add_by_site(signal, sensor.black_level)
     if companding is not None:
         return np.searchsorted(_borders(companding), signal).astype(np.float64)
     np.rint(signal, out=signal)

@@ -4,6 +4,7 @@ import numpy as np
 
 from fullwell.kernels.random import poisson
 from fullwell.simulate.geometry import Stream
+from fullwell.simulate.individual import Pattern
 from fullwell.simulate.shot import FloatArray, Shot
 
 
@@ -81,18 +82,18 @@ def held(charge: FloatArray, shot: Shot) -> FloatArray:
     return filled
 
 
-def _response(shot: Shot) -> FloatArray:
+def _response(shot: Shot) -> Pattern:
     """Return the response of each pixel relative to the mean of its CFA plane, never below 0 [1]."""
     sensor, individual, window = shot.sensor, shot.camera.individual, shot.tile.window
-    response = np.ones((1, 1))
+    response = np.ones((1, 1), dtype=np.float32)
     if sensor.prnu:
-        response = np.multiply(individual.prnu[window], sensor.prnu, dtype=np.float64)
-        response += 1.0
+        response = individual.prnu[window] * np.float32(sensor.prnu)
+        response += np.float32(1.0)
     if sensor.prnu_row:
-        response = response + sensor.prnu_row * individual.prnu_row[window[0]]
+        response = response + np.float32(sensor.prnu_row) * individual.prnu_row[window[0]]
     if sensor.prnu_column:
-        response = response + sensor.prnu_column * individual.prnu_column[:, window[1]]
-    return np.maximum(response, 0.0, out=response)
+        response = response + np.float32(sensor.prnu_column) * individual.prnu_column[:, window[1]]
+    return np.maximum(response, np.float32(0.0))
 
 
 def _dark_electrons(shot: Shot) -> FloatArray | float:

@@ -68,8 +68,9 @@ def illumination(light: FloatArray, shot: Shot) -> FloatArray:
     """
     camera = shot.camera
     lens = camera.lens[shot.tile.window]
-    seen = np.multiply(light, lens, dtype=np.float64)
-    if camera.flare:
-        stray = camera.flare * shot.by_site(shot.sensor.response)
-        seen += stray if camera.margins.none else np.where(lens > 0.0, stray, 0.0)
-    return seen
+    seen = lens.astype(np.float64)
+    seen *= light
+    if not camera.flare:
+        return seen
+    shot.add_by_site(seen, tuple(camera.flare * response for response in shot.sensor.response))
+    return seen if camera.margins.none else np.where(lens > 0.0, seen, 0.0)

@@ -136,24 +136,14 @@ class Shot:
         height, width = self.sensor.height, self.sensor.width
         return np.clip(rows, 0.5, height - 0.5), np.clip(columns, 0.5, width - 0.5)
 
-    def by_site(self, values: tuple[float, ...]) -> FloatArray:
-        """Return one value per CFA site as an array that broadcasts over rows of the tile.
-
-        Returns
-        -------
-        ndarray
-            Shape of the tile, or (1, 1) where all sites agree.
-
-        """
-        return by_site(values, self.sensor.cfa, self.tile)
-
-
-def by_site(values: tuple[float, ...], cfa: str, tile: Tile) -> FloatArray:
-    """Return the value of each pixel's CFA site, shape of the tile; (1, 1) where all sites agree."""
-    if len(set(values)) == 1:
-        return np.full((1, 1), values[0])
-    period = cell(cfa)
-    pattern = np.reshape(np.asarray(values, dtype=np.float64), (period, period))
-    rows = np.arange(tile.top, tile.bottom) % period
-    columns = np.arange(tile.left, tile.right) % period
-    return pattern[np.ix_(rows, columns)]
+    def add_by_site(self, array: FloatArray, values: tuple[float, ...]) -> FloatArray:
+        """Add one value per CFA site to an array of the tile, in place."""
+        if len(set(values)) == 1:
+            array += values[0]
+            return array
+        period = cell(self.sensor.cfa)
+        pattern = np.reshape(np.asarray(values, dtype=np.float64), (period, period))
+        line = np.arange(self.tile.left, self.tile.right) % period
+        for row in range(min(period, array.shape[0])):
+            array[row::period] += pattern[(self.tile.top + row) % period, line]
+        return array

@@ -19,6 +19,7 @@ from fullwell.simulate.plan import PlannedFrame, plan
 from fullwell.simulate.shot import Camera
 from fullwell.simulate.truth import true_values
 from fullwell.workflow.executor import Progress
+from fullwell.workflow.simulated_preview import previewed, write_preview
 
 TRUTH: Final = "truth.json"
 SCHEMA: Final = "fullwell-truth/1"
@@ -113,8 +114,13 @@ def _write_frames(
     if progress is not None:
         progress.start(len(frames))
 
+    shown = previewed(frames) if config.output.preview else frozenset[str]()
+
     def write(frame: PlannedFrame) -> None:
-        write_frame(folder, frame.name, take(camera, frame.exposure), config, frame.exposure)
+        mosaic = take(camera, frame.exposure)
+        write_frame(folder, frame.name, mosaic, config, frame.exposure)
+        if frame.name in shown:
+            write_preview(folder, frame, mosaic, camera, config)
         if progress is not None:
             progress.advance()
 

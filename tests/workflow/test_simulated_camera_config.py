@@ -75,6 +75,32 @@ def test_a_measured_chart_becomes_its_patches_and_their_light(tmp_path: Path) ->
     assert levels == pytest.approx([750.0, 6000.0], rel=0.1)
 
 
+def test_a_chart_that_is_named_is_found_where_it_was_put(tmp_path: Path) -> None:
+    truth = simulation(
+        camera={
+            "width": 640,
+            "height": 480,
+            "cfa": "RGGB",
+            "bit_depth": 14,
+            "white_level": 16383,
+            "full_well": 31000.0,
+        },
+        chart={"name": "dynamic-range-36-grid"},
+        study={"chart": {"exposures_s": [0.02], "electrons": [25000.0], "frames": 1}},
+    )
+    images = sorted((simulated_study(tmp_path / "study", truth).root / "chart").rglob("*.dng"))
+    asked = ChartOptions(where=WhereAbouts(chart="dynamic-range-36-grid"))
+    results = chart(images, tmp_path / "out", options=Options(workers=1), asked=asked)
+    found = {patch["name"]: patch for patch in results.study["patches"]}
+    assert truth.chart is not None
+    for one in truth.chart.whole:
+        mine = found[one.name]
+        assert one.x <= mine["x"]
+        assert mine["x"] + mine["width"] <= one.x + one.width
+        assert one.y <= mine["y"]
+        assert mine["y"] + mine["height"] <= one.y + one.height
+
+
 def test_published_coefficients_and_figures_of_emva_become_cameras() -> None:
     a6000 = StatedFigures(k_dark=1.672e-4, k_shot=5.554e-3, k_fpn=5.477e-3, digital_maximum=16383.0, black=511.0)
     made = config_from_models(models_of_figures(a6000))

@@ -277,7 +277,7 @@ class ChartTable(Table):
     ] = 0.8
     margin: Annotated[
         float, Field(ge=0.0, lt=0.5, description="a fraction from 0 to below 0.5, of the frame around the chart")
-    ] = 0.05
+    ] = 0.2
     surround: Annotated[
         Density | None, Field(description="a density from 0 to 10; as the darkest patch by default")
     ] = None

@@ -27,9 +27,11 @@ STUDY = {
 
 
 def test_a_measured_study_becomes_its_camera_and_its_design(tmp_path: Path) -> None:
-    truth = simulation(study=STUDY)
+    lens = {"shading": "cos4", "focal_length_mm": 0.4}
+    truth = simulation(study=STUDY, lens=lens)
     characterize(simulated_study(tmp_path / "study", truth).root, tmp_path / "out", options=Options(workers=1))
-    config = config_from_results(json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8")))
+    document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    config = config_from_results(document)
     assert sorted(taken(config)) == sorted(taken(truth))
     n = 192 * 128
     for iso in (100, 400):
@@ -41,6 +43,18 @@ def test_a_measured_study_becomes_its_camera_and_its_design(tmp_path: Path) -> N
     assert config.sensor.response == pytest.approx(truth.sensor.response, rel=5.0 / math.sqrt(3 * 800.0 * n / 4) * 4.0)
     assert (config.sensor.width, config.sensor.height, config.sensor.cfa) == (192, 128, "BGGR")
     assert parse_config(config_text(config.table), name="again", folder=Path()) == config
+    shaded = config_from_results(document, folder=tmp_path / "out")
+    lens = shaded.lens.map_for(shaded.sensor)
+    green = lens[1::2, 0::2]
+    expected = truth.lens.map_for(truth.sensor)[1::2, 0::2]
+    levels = [[one.electrons for one in made.study.series if one.kind == "flat"] for made in (config, shaded)]
+    # 5 standard errors of a tenth of a plane at 3200 e-
+    bound = 5.0 / math.sqrt(3200.0 * 3 * n / 40)
+    for level, plain in zip(levels[1], levels[0], strict=True):
+        assert level * green.mean() == pytest.approx(plain, rel=1e-3)
+    assert green[28:36, 44:52].mean() / green.mean() == pytest.approx(
+        expected[28:36, 44:52].mean() / expected.mean(), rel=bound + 2e-3
+    )
 
 
 def taken(config):
@@ -71,6 +85,13 @@ def test_a_measured_chart_becomes_its_patches_and_their_light(tmp_path: Path) ->
     ]
     lights = {one.name: light[1] for one, light in zip(seen.measured, seen.light, strict=True)}
     assert lights["5"] / lights["1"] == pytest.approx(10.0**-0.6, rel=0.05)
+    document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    fixed = next(
+        row["value"]
+        for row in document["results"]
+        if row["quantity"] == "k_fpn_variance" and row["channel"] == "all" and "recommended" in row["flags"]
+    )
+    assert config.sensor.prnu**2 == pytest.approx(max(fixed, 0.0), rel=1e-9)
     levels = sorted({frame.exposure.electrons for frame in plan(config)})
     assert levels == pytest.approx([750.0, 6000.0], rel=0.1)
 

@@ -3,10 +3,13 @@
 import math
 import statistics
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, cast
 
 from fullwell.raw.cfa import MONO
 from fullwell.workflow.measured_figures import Figures
+from fullwell.workflow.shading.saved import map_files, saved_maps, suitable_map
 
 _SHORTEST_S: Final = 1e-6
 """Exposure of bias frames whose files do not tell it."""
@@ -16,7 +19,35 @@ _DARKEST: Final = 6.0
 Entry = dict[str, object]
 
 
-def measured_series(figures: Figures, *, default_iso: int) -> list[Entry]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredLens:
+    """A shading map that was measured.
+
+    Parameters
+    ----------
+    path
+        The file.
+    mean
+        Relative illumination of G1 or the one channel, over the plane [1].
+
+    """
+
+    path: Path
+    mean: float
+
+
+def measured_lens(folder: Path | None, *, iso: float | None) -> MeasuredLens | None:
+    """Return the map that suits an ISO best of those beside the results; None where there is none."""
+    files = [] if folder is None else map_files(folder)
+    if folder is None or not files:
+        return None
+    chosen = suitable_map(saved_maps(folder), iso=iso)
+    leading = next((one for one in chosen.channels if one.channel in {"G1", MONO}), chosen.channels[0])
+    path = next(file for file in files if file.stem == chosen.stem)
+    return MeasuredLens(path=path.resolve(), mean=float(leading.normalized.mean()))
+
+
+def measured_series(figures: Figures, *, default_iso: int, brightness: float = 1.0) -> list[Entry]:
     """Return every series that was measured, as ``[[study.series]]`` has them; scenes are left out.
 
     Parameters
@@ -25,6 +56,8 @@ def measured_series(figures: Figures, *, default_iso: int) -> list[Entry]:
         The results.
     default_iso
         What frames that tell no ISO are given.
+    brightness
+        Mean over the plane of what the lens lets through where it lets through most [1].
 
     """
     found: list[Entry] = []
@@ -41,7 +74,7 @@ def measured_series(figures: Figures, *, default_iso: int) -> list[Entry]:
             "exposure_s": exposure_s,
             "frames": frames,
         }
-        found.append({**entry, "electrons": light} if light else entry)
+        found.append({**entry, "electrons": light / (brightness if kind == "flat" else 1.0)} if light else entry)
     return found
 
 

@@ -15,7 +15,7 @@ from fullwell.errors import UsageError
 from fullwell.figures.noise_model import GivenModel, native_values
 from fullwell.raw.cfa import ALL, MONO, channels
 from fullwell.simulate.config import SimulationConfig, config_from
-from fullwell.workflow.measured_design import measured_chart, measured_series
+from fullwell.workflow.measured_design import measured_chart, measured_lens, measured_series
 from fullwell.workflow.measured_figures import Figures
 
 DEFAULT_ISO: Final = 100
@@ -43,7 +43,9 @@ class SimulatedCamera:
     said: tuple[str, ...] = ()
 
 
-def config_from_results(document: Mapping[str, object], *, seed: int = 1) -> SimulationConfig:
+def config_from_results(
+    document: Mapping[str, object], *, seed: int = 1, folder: Path | None = None
+) -> SimulationConfig:
     """Return the camera and the design of a results document as a config.
 
     Parameters
@@ -52,6 +54,8 @@ def config_from_results(document: Mapping[str, object], *, seed: int = 1) -> Sim
         ``results.json``, as JSON has it.
     seed
         Another seed is another camera of the same make.
+    folder
+        Where the results lie: their shading maps, if any, become the lens. None for a lens that shades nothing.
 
     Raises
     ------
@@ -59,10 +63,12 @@ def config_from_results(document: Mapping[str, object], *, seed: int = 1) -> Sim
         Where the results hold no system gain, or no frames that could be simulated.
 
     """
-    return camera_from_results(document, seed=seed).config
+    return camera_from_results(document, seed=seed, folder=folder).config
 
 
-def camera_from_results(document: Mapping[str, object], *, seed: int = 1) -> SimulatedCamera:
+def camera_from_results(
+    document: Mapping[str, object], *, seed: int = 1, folder: Path | None = None
+) -> SimulatedCamera:
     """Return what `config_from_results` returns, with what was assumed."""
     figures = Figures.of(document)
     isos = figures.isos or (None,)
@@ -78,7 +84,7 @@ def camera_from_results(document: Mapping[str, object], *, seed: int = 1) -> Sim
         "base_iso": _whole(base),
         "full_well": _full_well(figures, base, said),
         "dark_current": max(figures.pooled("dark_current", "e-/s") or 0.0, 0.0),
-        "prnu": math.sqrt(max(figures.pooled("prnu_variance", "%^2") or 0.0, 0.0)),
+        **_prnu(figures),
         **_at(figures, base),
         **figures.facts,
     }
@@ -86,12 +92,15 @@ def camera_from_results(document: Mapping[str, object], *, seed: int = 1) -> Sim
     response = figures.response()
     if response:
         camera["channel_response"] = response
-    series = measured_series(figures, default_iso=DEFAULT_ISO)
+    lens = measured_lens(folder, iso=base)
+    if lens is None:
+        said.append("no shading map was measured; the lens shades nothing")
+    series = measured_series(figures, default_iso=DEFAULT_ISO, brightness=1.0 if lens is None else lens.mean)
     chart, flare = measured_chart(figures)
     document_of_config: dict[str, object] = {
         "seed": seed,
         "camera": camera,
-        "lens": {"flare": flare},
+        "lens": {"flare": flare} if lens is None else {"flare": flare, "shading": str(lens.path)},
         "chart": chart,
         "study": {"series": series},
     }
@@ -212,8 +221,30 @@ def _at(figures: Figures, iso: float | None) -> dict[str, object]:
         "read_noise": math.sqrt(max(read - row - column - current * exposure_s, 0.0)),
         "read_noise_row": math.sqrt(row),
         "read_noise_column": math.sqrt(column),
-        "dsnu": math.sqrt(max(figures.value("dsnu_variance", "e-^2", iso) or 0.0, 0.0)),
+        **_dsnu(figures, iso),
     }
+
+
+def _dsnu(figures: Figures, iso: float | None) -> dict[str, float]:
+    """Return the spread of pixels, rows and columns; the whole as that of pixels where no parts were measured [e-]."""
+    parts = {part: figures.value(f"dsnu_{part}_variance", "e-^2", iso) for part in ("pixel", "row", "column")}
+    return _parts("dsnu", parts, figures.value("dsnu_variance", "e-^2", iso))
+
+
+def _prnu(figures: Figures) -> dict[str, float]:
+    """Return the spread of responses likewise [%]."""
+    parts = {part: figures.pooled(f"prnu_{part}_variance", "%^2") for part in ("pixel", "row", "column")}
+    whole = figures.pooled("prnu_variance", "%^2")
+    if whole is None:
+        whole = 1e4 * (figures.pooled("k_fpn_variance", "1") or 0.0)
+    return _parts("prnu", parts, whole)
+
+
+def _parts(name: str, parts: Mapping[str, float | None], whole: float | None) -> dict[str, float]:
+    if parts["pixel"] is None:
+        return {name: math.sqrt(max(whole or 0.0, 0.0))}
+    own = {part: math.sqrt(max(variance or 0.0, 0.0)) for part, variance in parts.items()}
+    return {name: own["pixel"], f"{name}_row": own["row"], f"{name}_column": own["column"]}
 
 
 def _black(figures: Figures, iso: float | None) -> list[float] | float:

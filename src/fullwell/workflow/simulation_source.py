@@ -90,7 +90,7 @@ def source_from(text: str, *, design: str | None = None) -> SimulatedCamera:
         return config_from_models(models_of_file(path), design=design or "chart")
     if design is not None:
         raise UsageError(f"--design {design}: results have a design of their own; leave it out.")
-    return camera_from_results(document)
+    return camera_from_results(document, folder=path if path.is_dir() else path.parent)
 
 
 def _results(path: Path) -> Mapping[str, object] | None:

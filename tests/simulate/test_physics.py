@@ -1,6 +1,7 @@
 """Each process of the sensor does what its parameter says, and all of them together depend on no tile and no worker."""
 
 import json
+import tracemalloc
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -279,3 +280,42 @@ def test_a_table_of_libcamera_shades_as_it_corrects(tmp_path: Path) -> None:
     # a parabola of curvature 4, linear between cells a 12th and a 16th apart, and the kink of red between two cells
     bound = 4.0 / 8.0 * (1.0 / 144.0 + 1.0 / 256.0) + 0.1 / 16.0 / 4.0
     assert np.abs(ratio / ratio.mean() - 1.0).max() < bound
+
+
+def test_a_frame_takes_its_own_memory_and_a_few_tiles() -> None:
+    config = simulation(
+        camera={"width": 2048, "height": 1024, "read_noise_post": 0.5, "prnu_row": 0.1},
+        lens={"shading": "cos4", "flare": 0.01},
+        study=DARK,
+    )
+    camera, exposure = camera_of(config), Exposure(iso=100.0, exposure_s=0.1, electrons=2000.0)
+    take(camera, exposure)
+    tracemalloc.start()
+    try:
+        mosaic = take(camera, exposure)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    tile_bytes = 8 * 32768
+    assert peak < mosaic.nbytes + 10 * tile_bytes
+
+
+def test_previews_and_noise_profiles_are_written_when_asked_for(tmp_path: Path) -> None:
+    study = {
+        "flat": {"exposures_s": [0.001, 0.002], "electrons": [500.0, 1000.0], "frames": 2},
+        "scene": {"subjects": ["patches"]},
+    }
+    written = simulated_study(
+        tmp_path / "study", simulation(study=study, output={"preview": True, "noise_profile": True})
+    )
+    shown = sorted(path.relative_to(written.root).as_posix() for path in written.root.rglob("*.jpg"))
+    assert shown == [
+        "flat/ISO_100/exp000001000us_n00.jpg",
+        "flat/ISO_100/exp000002000us_n00.jpg",
+        "scene/patches.jpg",
+    ]
+    header = read_raw(written.root / "scene" / "patches.dng").header
+    scale, offset = header.noise_profile[0]
+    unlit = (0.5**2) * (2.5**2 + 0.3**2 + 4.0 * 0.01) + 1.0 / 12.0
+    assert scale == pytest.approx(0.5 / (4095 - 256))
+    assert offset == pytest.approx(unlit / (4095 - 256) ** 2)

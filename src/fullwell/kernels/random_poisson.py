@@ -155,12 +155,12 @@ def _fill_chunk(  # noqa: PLR0917 - as above
     """Fill at most a chunk of one row."""
     offset = fill_words(key, pixel, mean.size, words)
     mine = words[offset : offset + mean.size]
-    lowest, highest = math.inf, 0.0
+    small = 0
     for i in range(mean.size):
-        lowest, highest = min(lowest, mean[i]), max(highest, mean[i])
-    if highest >= _SMALL_MEAN:
+        small += mean[i] < _SMALL_MEAN
+    if small < mean.size:
         _round_normals(key, pixel, mean, mine, accepted, out)
-    if lowest < _SMALL_MEAN:
+    if small > 0:
         u, p = work[0, : mean.size], work[1, : mean.size]
         for i in range(mean.size):
             u[i] = unit(mine[i])

@@ -9,7 +9,7 @@ import pytest
 
 from fullwell.errors import RawFileError, UnsuitableFileError
 from fullwell.raw.libraw import read_with_libraw
-from fullwell.raw.open import read_header, read_raw
+from fullwell.raw.open import read_header, read_raw, require_measurable
 
 
 @pytest.mark.parametrize("name", ["CRW_0101.CRW", "CRW_0119.CRW"])
@@ -29,8 +29,10 @@ def test_a_powershot_is_what_its_readme_says(name: str, shared_data: Callable[[s
 
 
 def test_companded_codes_are_refused(shared_data: Callable[[str], Path]) -> None:
+    header = read_header(shared_data("makers") / "P003908.KDC")
+    assert (header.make, header.cfa, header.iso) == ("Eastman Kodak Company", "GRBG", 160.0)
     with pytest.raises(UnsuitableFileError) as caught:
-        read_header(shared_data("makers") / "P003908.KDC")
+        require_measurable(header)
     assert caught.value.code == "companded"
 
 

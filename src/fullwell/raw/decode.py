@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.raw.image import Area
+from fullwell.raw.isolation import ask
 from fullwell.raw.segments import Layout
 from fullwell.raw.tags import Compression
 
@@ -145,10 +146,12 @@ def _words(layout: Layout, stored: memoryview | bytes | bytearray, shape: tuple[
 
 
 def _decompressed(layout: Layout, stored: memoryview, shape: tuple[int, int]) -> NDArray[np.integer]:
+    if layout.compression == Compression.JPEG_XL:
+        pixels = np.empty(shape, np.uint16)
+        ask("jpeg-xl", stored, out=pixels, shape=list(shape))
+        return pixels
     import imagecodecs  # noqa: PLC0415 - loads when used
 
-    if layout.compression == Compression.JPEG_XL:
-        return _exactly(np.asarray(imagecodecs.jpegxl_decode(bytes(stored))), shape)
     if layout.bits not in {8, 16}:
         raise UnsuitableFileError("unsupported-compression", "compressed packed samples are not read")
     size, coded = layout.row_bytes * shape[0], bytes(stored)

@@ -1,39 +1,33 @@
-"""Maker raw files as LibRaw reads them: the door to rawpy.
+"""What LibRaw makes of a raw file: the door to rawpy.
 
-What LibRaw says of a file is taken with care: its mosaic, its margins and its order of colours; the margins are handed
-on as masked areas, so that the black level can be measured rather than believed.
+What LibRaw says is taken with care: its mosaic, its margins and its order of colours. It runs in a process of its own
+(`fullwell.raw.isolation`), where a damaged file can do no harm; nothing here imports rawpy into the caller's.
 """
 
 import io
+import math
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.errors import UnreadableFileError, UnsuitableFileError
-from fullwell.raw.cfa import BAYER, MONO
-from fullwell.raw.image import Area, Levels, RawHeader
-from fullwell.raw.segments import MAX_PIXELS
+from fullwell.errors import UnreadableFileError
+from fullwell.raw.cfa import MONO
+from fullwell.raw.description import Container, Decoded, Description, Margin
+from fullwell.raw.embedded import ciff_names, declared_end, fuji_is_lossy, fuji_is_rotated, wavelet_levels
+from fullwell.raw.exif import read_exif
+from fullwell.raw.image import Area
+from fullwell.raw.isolation import ask
 
 if TYPE_CHECKING:
     import rawpy
 
-SUFFIXES: Final = frozenset(
-    {
-        ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos", ".mrw", ".nef",
-        ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f",
-    }
-)  # fmt: skip
-"""Endings of files that are handed to LibRaw."""
-
-_COLOURS: Final = "RGBG"
 _LEAST_MARGIN: Final = 4
-"""Rows or columns of a margin below which it is no optical black [pixel]."""
-
-_COMPANDED_WHITE: Final = 255
-"""A maker raw of eight bits has been through a tone curve: sensors have more."""
+"""Rows or columns of a margin below which nothing is said of it [pixel]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,55 +57,51 @@ class LibRawImage:
     exposure_s: float | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LibRawLayout:
-    """Marks a header whose pixels LibRaw decodes."""
+def describe(data: bytes) -> tuple[Mapping[str, Any], None]:
+    """Return the `Description` of a file as JSON has it; in the process of the decoders."""
+    decoded, refusal = None, None
+    try:
+        with _opened(data) as raw:
+            decoded = _decoded(raw)
+    except UnreadableFileError as error:
+        refusal = (error.code, error.message)
+    make, model = ciff_names(data)
+    container = Container(
+        tags=tuple(read_exif(data)),
+        make=make,
+        model=model,
+        wavelet_levels=wavelet_levels(data),
+        fuji_lossy=fuji_is_lossy(data),
+        fuji_rotated=fuji_is_rotated(data),
+        end=declared_end(data),
+    )
+    return Description(decoded=decoded, refusal=refusal, container=container).as_plain(), None
 
 
-def read_maker_header(path: Path) -> RawHeader:
-    """Return the header of a maker's raw file.
+def unpack(data: bytes, *, area: list[int], shape: list[int]) -> tuple[Mapping[str, Any], NDArray[np.uint16]]:
+    """Return an area of a file's stored mosaic; in the process of the decoders.
+
+    Parameters
+    ----------
+    data
+        The file.
+    area
+        Top, left, bottom and right in raw coordinates [pixel].
+    shape
+        Rows and columns that the stored mosaic must have [pixel].
 
     Raises
     ------
     UnreadableFileError
-        ``not-a-raw-file`` or ``file-damaged`` where LibRaw does not open it.
-    UnsuitableFileError
-        ``processed-rgb`` where it is no mosaic, ``unsupported-cfa`` where that is not one of the four Bayer orders,
-        ``companded`` where its codes went through a tone curve.
+        ``file-damaged`` where LibRaw does not decode it, or finds another size.
 
     """
-    import rawpy  # noqa: PLC0415 - loads when used
-
-    raw = rawpy.RawPy()
-    try:
-        raw.open_file(str(path))
-        return _header(raw, path)
-    except rawpy.LibRawError as error:
-        raise _unreadable(error) from error
-    finally:
-        raw.close()
-
-
-def decode_maker(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
-    """Return the visible mosaic of a maker's raw file, shape (height, width) [DN].
-
-    Raises
-    ------
-    UnreadableFileError
-        ``file-damaged`` where LibRaw does not decode it, or finds another size than its header told.
-
-    """
-    import rawpy  # noqa: PLC0415 - loads when used
-
-    try:
-        with rawpy.imread(io.BytesIO(data)) as raw:
-            stored = np.asarray(raw.raw_image)
-            if stored.shape != (header.raw_height, header.raw_width):
-                raise UnreadableFileError("file-damaged", "its pixels are not the size its header says; copy it again")
-            area = header.active_area
-            return np.array(stored[area.top : area.bottom, area.left : area.right], dtype=np.uint16)
-    except rawpy.LibRawError as error:
-        raise _unreadable(error) from error
+    with _opened(data) as raw:
+        stored = np.asarray(raw.raw_image)
+        if stored.shape != tuple(shape):
+            raise UnreadableFileError("file-damaged", "its pixels are not the size its header says; copy it again")
+        top, left, bottom, right = area
+        return {}, np.array(stored[top:bottom, left:right], dtype=np.uint16)
 
 
 def read_with_libraw(path: Path) -> LibRawImage:
@@ -123,98 +113,111 @@ def read_with_libraw(path: Path) -> LibRawImage:
         ``not-a-raw-file`` where LibRaw does not open it.
 
     """
+    data = path.read_bytes()
+    description = Description.from_plain(ask("describe", data))
+    said = description.decoded
+    if said is None:
+        raise UnreadableFileError(*(description.refusal or ("not-a-raw-file", "LibRaw does not read it")))
+    numbers = said.pattern if len(said.pattern) == 4 else (0,)
+    top, left, bottom, right = said.visible
+    mosaic = np.empty((bottom - top, right - left), np.uint16)
+    ask("unpack", data, out=mosaic, area=list(said.visible), shape=[said.raw_height, said.raw_width])
+    return LibRawImage(
+        mosaic=mosaic,
+        cfa="".join(said.colours[number] for number in numbers) if len(numbers) == 4 else MONO,
+        black_level=tuple(said.black[number] for number in numbers),
+        white_level=float(said.white),
+        iso=said.iso or None,
+        exposure_s=said.exposure_s or None,
+    )
+
+
+@contextmanager
+def _opened(data: bytes) -> Generator["rawpy.RawPy"]:
+    """Open and unpack a file; LibRaw's errors become ours."""
     import rawpy  # noqa: PLC0415 - loads when used
 
+    raw = rawpy.RawPy()
     try:
-        with rawpy.imread(str(path)) as raw:
-            numbers = _numbers(raw)
-            return LibRawImage(
-                mosaic=np.array(raw.raw_image_visible, dtype=np.uint16),
-                cfa="".join(_COLOURS[number] for number in numbers) if len(numbers) == 4 else MONO,
-                black_level=tuple(float(raw.black_level_per_channel[number]) for number in numbers),
-                white_level=float(raw.white_level),
-                iso=float(raw.other.iso_speed) or None,
-                exposure_s=float(raw.other.shutter_speed) or None,
-            )
+        raw.open_buffer(io.BytesIO(data))
+        yield raw
+    except rawpy.LibRawFileUnsupportedError as error:
+        raise UnreadableFileError("not-a-raw-file", "LibRaw knows no raw file like it") from error
+    except rawpy.LibRawTooBigError as error:
+        raise UnreadableFileError("file-damaged", "it claims more pixels than it can hold") from error
+    except rawpy.LibRawIOError as error:
+        raise UnreadableFileError("file-truncated", "it ends before its pixels do; copy it again") from error
     except rawpy.LibRawError as error:
-        raise UnreadableFileError("not-a-raw-file", f"LibRaw does not read it ({error})") from error
+        said = error.args[0].decode(errors="replace") if isinstance(error.args[0], bytes) else str(error)
+        raise UnreadableFileError("file-damaged", f"LibRaw does not read it ({said}); copy the file again") from error
+    finally:
+        raw.close()
 
 
-def _numbers(raw: "rawpy.RawPy") -> list[int]:
-    """Return the colour number of each site, one for a monochrome sensor.
-
-    LibRaw numbers its colours R, G1, B, G2 = 0, 1, 2, 3 with G1 and G2 wherever they fall, lists black levels by
-    that number, and its ``raw_pattern`` counts from the visible top-left pixel.
-    """
-    pattern = raw.raw_pattern
-    return [0] if pattern is None or pattern.size != 4 else [int(number) for number in pattern.ravel()]
-
-
-def _header(raw: "rawpy.RawPy", path: Path) -> RawHeader:
-    sizes, numbers = raw.sizes, _numbers(raw)
-    _require_mosaic(raw, numbers)
-    area = Area(sizes.top_margin, sizes.left_margin, sizes.top_margin + sizes.height, sizes.left_margin + sizes.width)
-    inside = 0 < area.bottom <= sizes.raw_height and 0 < area.right <= sizes.raw_width
-    if not inside or sizes.raw_height * sizes.raw_width > MAX_PIXELS:
-        raise UnreadableFileError("file-damaged", "its header gives no possible size; copy the file again")
-    white = float(raw.white_level)
-    black = tuple(float(raw.black_level_per_channel[number]) for number in numbers)
-    return RawHeader(
-        path=path,
-        format=path.suffix.lower().removeprefix("."),
-        raw_width=sizes.raw_width,
-        raw_height=sizes.raw_height,
-        active_area=area,
-        cfa=_cfa(numbers),
-        bit_depth=max(1, int(white).bit_length()),
-        black_level=Levels(values=black, source="metadata", tag="LibRaw black"),
-        white_level=Levels(values=(white,) * len(black), source="metadata", tag="LibRaw maximum"),
-        iso=float(raw.other.iso_speed) or None,
-        exposure_s=float(raw.other.shutter_speed) or None,
-        compression="libraw",
-        masked_areas=_margins(area, sizes.raw_height, sizes.raw_width),
-        level_tags=(("LibRaw black", black), ("LibRaw maximum", (white,))),
-        layout=LibRawLayout(),
-    )
-
-
-def _require_mosaic(raw: "rawpy.RawPy", numbers: list[int]) -> None:
+def _decoded(raw: "rawpy.RawPy") -> Decoded:
     import rawpy  # noqa: PLC0415 - loads when used
 
-    if raw.raw_type != rawpy.RawType.Flat:
-        raise UnsuitableFileError(
-            "processed-rgb", "it holds colours for every pixel, not a mosaic (sRAW or linear); record full raw files"
-        )
-    pattern = raw.raw_pattern
-    if pattern is not None and pattern.size > 4:
-        raise UnsuitableFileError("unsupported-cfa", "its colour-filter array is not one of the four Bayer orders")
-    if float(raw.white_level) <= _COMPANDED_WHITE:
-        raise UnsuitableFileError(
-            "companded", "its codes have eight bits and went through a tone curve, so their noise is not the sensor's"
-        )
-    if len(numbers) == 4 and _cfa(numbers) is None:
-        raise UnsuitableFileError("unsupported-cfa", "its colour-filter array is not one of the four Bayer orders")
+    sizes, stored = raw.sizes, np.asarray(raw.raw_image)
+    top, left = sizes.top_margin, sizes.left_margin
+    visible = Area(top, left, top + sizes.height, left + sizes.width)
+    flat = raw.raw_type == rawpy.RawType.Flat and stored.ndim == 2
+    white = int(raw.white_level)
+    return Decoded(
+        raw_width=stored.shape[1],
+        raw_height=stored.shape[0],
+        visible=visible,
+        flip=sizes.flip,
+        flat=flat,
+        last_row_is_flat=bool(np.ptp(stored[-1]) == 0),
+        pattern=_pattern(raw) if flat else (),
+        colours=raw.color_desc.decode("ascii", "replace"),
+        black=tuple(float(level) for level in raw.black_level_per_channel),
+        linear=tuple(float(level) for level in raw.camera_white_level_per_channel or ()),
+        white=white,
+        iso=_finite(raw.other.iso_speed),
+        exposure_s=_finite(raw.other.shutter_speed),
+        longest_step=_longest_step(np.asarray(raw.tone_curve), white),
+        margins=tuple(_margins(stored, visible)) if flat else (),
+    )
 
 
-def _cfa(numbers: list[int]) -> str | None:
-    if len(numbers) == 1:
-        return MONO
-    order = "".join(_COLOURS[number] for number in numbers)
-    return order if order in BAYER else None
+def _pattern(raw: "rawpy.RawPy") -> tuple[int, ...]:
+    """Return the number of each site's colour, counted from the visible top-left pixel; empty where LibRaw cannot say.
+
+    LibRaw numbers its colours R, G1, B, G2 = 0, 1, 2, 3 with G1 and G2 wherever they fall, and lists levels by that
+    number.
+    """
+    try:
+        pattern = raw.raw_pattern
+    except NotImplementedError:
+        return ()
+    return () if pattern is None else tuple(int(number) for number in pattern.ravel())
 
 
-def _margins(area: Area, height: int, width: int) -> tuple[Area, ...]:
-    """Return the margins beside the visible area that are wide enough to be optical black."""
+def _finite(value: float) -> float:
+    return float(value) if math.isfinite(value) and value > 0 else 0.0
+
+
+def _longest_step(curve: NDArray[np.uint16], white: int) -> int:
+    """Return the longest step between codes that the file's tone curve leads to, up to its white level [DN]."""
+    reached = np.unique(curve[: white + 1])
+    reached = reached[reached <= white]
+    return int(np.diff(reached.astype(np.int64)).max(initial=1))
+
+
+def _margins(stored: NDArray[np.uint16], visible: Area) -> Iterator[Margin]:
+    """Yield the margins beside the visible area."""
+    height, width = stored.shape
+    top, left, bottom, right = visible
+    seen = stored[top:bottom:3, left:right:3]
     sides = (
-        Area(0, area.left, area.top, area.right),
-        Area(area.top, 0, area.bottom, area.left),
-        Area(area.bottom, area.left, height, area.right),
-        Area(area.top, area.right, area.bottom, width),
+        Area(0, left, top, right),
+        Area(top, 0, bottom, left),
+        Area(bottom, left, height, right),
+        Area(top, right, bottom, width),
     )
-    return tuple(
-        side for side in sides if side.bottom - side.top >= _LEAST_MARGIN and side.right - side.left >= _LEAST_MARGIN
-    )
-
-
-def _unreadable(error: Exception) -> UnreadableFileError:
-    return UnreadableFileError("file-damaged", f"LibRaw does not read it ({error}); copy the file again")
+    for side in sides:
+        if seen.size and min(side.bottom - side.top, side.right - side.left) >= _LEAST_MARGIN:
+            inner = stored[side.top + 1 : side.bottom - 1, side.left + 1 : side.right - 1]
+            if inner.size:
+                yield Margin(area=side, median=float(np.median(inner)), visible=float(np.median(seen)))

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.errors import UnreadableFileError, UnsuitableFileError
+from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.findings import Severity
 from fullwell.raw.decode import decode_segments
 from fullwell.raw.directory import read_directories
@@ -22,8 +22,7 @@ from fullwell.raw.fits import decode_fits, read_fits_header
 from fullwell.raw.headerless import decode_headerless, read_headerless_header
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import RawHeader, RawImage
-from fullwell.raw.libraw import SUFFIXES as MAKER_SUFFIXES
-from fullwell.raw.libraw import decode_maker, read_maker_header
+from fullwell.raw.maker import MakerLayout, decode_maker, is_maker, read_maker_header
 from fullwell.raw.netpbm import SIGNATURES as NETPBM_SIGNATURES
 from fullwell.raw.netpbm import decode_netpbm, read_netpbm_header
 from fullwell.raw.numpy_file import SIGNATURE as NUMPY_SIGNATURE
@@ -38,6 +37,8 @@ from fullwell.raw.tiff import read_tiff_header
 _TIFF_SIGNATURES: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _JPEG_SIGNATURE: Final = b"\xff\xd8\xff"
 _HEAD_BYTES: Final = 64
+_NO_RAW: Final = ("not-a-raw-file", "unsupported-camera")
+"""What LibRaw says of a picture that is no raw file."""
 _DECODERS: Final = {"png": decode_png, "fits": decode_fits, "npy": decode_numpy, "pgm": decode_netpbm}
 
 
@@ -82,19 +83,33 @@ def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
     """Return the header of a file whose content, or extension, tells its format; None for any other."""
     if size == 0:
         raise UnreadableFileError("file-truncated", "the file is empty; copy it again")
-    if path.suffix.lower() in MAKER_SUFFIXES and not head.startswith(_JPEG_SIGNATURE):
+    if is_maker(path, head) and not head.startswith(_JPEG_SIGNATURE):
         return read_maker_header(path)
     if head.startswith(_TIFF_SIGNATURES):
         if _directory_start(head) + 2 > size:
             raise UnreadableFileError("file-truncated", "the file ends before its directory; copy it again")
-        directories = read_directories(path)
-        reader = read_dng_header if Tag.DNG_VERSION in directories.first else read_tiff_header
-        return reader(path, directories)
+        return _read_tiff_like(path)
     if head.startswith(PNG_SIGNATURE):
         return read_png_header(path, head, size)
     if head.startswith(_JPEG_SIGNATURE):
         raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
     return _read_array_header(path, head=head, size=size)
+
+
+def _read_tiff_like(path: Path) -> RawHeader:
+    """Return the header of a DNG, a plain TIFF, or a maker's raw file by another name."""
+    directories = read_directories(path)
+    if Tag.DNG_VERSION in directories.first:
+        return read_dng_header(path, directories)
+    try:
+        return read_tiff_header(path, directories)
+    except UnsuitableFileError as error:
+        if directories.first.text(Tag.MAKE) is None:
+            raise
+        try:
+            return read_maker_header(path)
+        except RawFileError as other:
+            raise (error if other.code in _NO_RAW else other) from None
 
 
 def _read_array_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
@@ -178,8 +193,10 @@ def decode(
         mosaic = decode_segments(header.layout, view, header.active_area, out=out)
     elif isinstance(header.layout, HeaderlessFormat):
         mosaic = decode_headerless(header.layout, view, out=out)
+    elif isinstance(header.layout, MakerLayout):
+        mosaic = decode_maker(header, view, out=out)
     else:
-        mosaic = _DECODERS.get(header.format, decode_maker)(header, view)
+        mosaic = _DECODERS[header.format](header, view)
     mosaic = mosaic.view()
     mosaic.flags.writeable = False
     return mosaic

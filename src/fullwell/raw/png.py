@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
 from fullwell.raw.image import Area, RawHeader
+from fullwell.raw.isolation import ask
 from fullwell.raw.segments import MAX_PIXELS
 
 SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
@@ -72,20 +73,12 @@ def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
         ``file-truncated`` or ``file-damaged``.
 
     """
-    from imagecodecs import png_decode  # noqa: PLC0415 - loads when used
-
     _check_chunks(data)
-    try:
-        pixels = np.asarray(png_decode(bytes(data)))
-    except Exception as error:  # libpng's message is all there is, whatever its class
-        raise UnreadableFileError(
-            "file-damaged", f"the PNG pixels are damaged ({error}); copy the file again"
-        ) from error
-    if pixels.shape != (header.raw_height, header.raw_width):
-        raise UnreadableFileError("file-damaged", "the PNG pixels are not the size its header says")
+    pixels = np.empty((header.raw_height, header.raw_width), np.uint16)
+    ask("png", data, out=pixels, shape=list(pixels.shape))
     area = header.active_area
     visible = pixels[area.top : area.bottom, area.left : area.right]
-    return np.ascontiguousarray(visible, dtype=np.uint16)
+    return np.ascontiguousarray(visible)
 
 
 def _check_chunks(data: memoryview) -> None:

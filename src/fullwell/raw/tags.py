@@ -71,6 +71,7 @@ class Compression(IntEnum):
     OLD_JPEG = 6
     JPEG = 7
     DEFLATE = 8
+    VC_5 = 9
     OLD_DEFLATE = 32946
     PACKBITS = 32773
     LOSSY_JPEG = 34892
@@ -93,6 +94,7 @@ COMPRESSION_NAMES: Final[tuple[tuple[Compression, str], ...]] = (
     (Compression.JPEG, "lossless-jpeg"),
     (Compression.DEFLATE, "deflate"),
     (Compression.OLD_DEFLATE, "deflate"),
+    (Compression.VC_5, "vc-5"),
     (Compression.PACKBITS, "packbits"),
     (Compression.LOSSY_JPEG, "lossy-jpeg"),
     (Compression.JPEG_XL, "jpeg-xl"),

@@ -32,7 +32,36 @@ def keep_uniform(readings: Sequence[Reading]) -> tuple[tuple[Reading, ...], tupl
             if trait(one) != common
         ]
         kept = tuple(one for one in kept if trait(one) == common)
-    return kept, tuple(excluded)
+    kept, mixed = _one_setting_each(kept)
+    return kept, (*excluded, *mixed)
+
+
+def _one_setting_each(readings: Sequence[Reading]) -> tuple[tuple[Reading, ...], tuple[Exclusion, ...]]:
+    """Keep, at each ISO, the frames whose camera settings most frames have: others are amplified otherwise."""
+    kept: list[Reading] = []
+    excluded: list[Exclusion] = []
+    for iso in {one.frame.header.iso for one in readings}:
+        alike = [one for one in readings if one.frame.header.iso == iso]
+        common = str(_majority(alike, _settings))
+        kept += [one for one in alike if _settings(one) == common]
+        excluded += [
+            Exclusion(
+                name=one.frame.name,
+                code="settings-differ",
+                reason=(
+                    f"its camera settings are {_settings(one) or 'not told'}, those of most frames "
+                    f"{common or 'not told'}; measure it apart, or give each setting its own iso in study.toml"
+                ),
+            )
+            for one in alike
+            if _settings(one) != common
+        ]
+    order = {one.frame.name: place for place, one in enumerate(readings)}
+    return tuple(sorted(kept, key=lambda one: order[one.frame.name])), tuple(excluded)
+
+
+def _settings(one: Reading) -> str:
+    return one.frame.header.settings
 
 
 def _size(one: Reading) -> Hashable:

@@ -19,7 +19,7 @@ from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
 from fullwell.frames.source import Candidate
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import Levels, RawHeader
-from fullwell.raw.open import read_header
+from fullwell.raw.open import read_headers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,11 +83,11 @@ def read_all(
 
     """
 
-    def one(candidate: Candidate) -> Reading | Exclusion:
+    def one(candidate: Candidate) -> tuple[Reading | Exclusion, ...]:
         return _read(candidate, camera=camera, cfa=cfa, headerless=headerless)
 
     with ThreadPoolExecutor(max_workers=min(8, 2 * (os.cpu_count() or 1))) as pool:
-        outcomes = tuple(pool.map(one, candidates))
+        outcomes = tuple(outcome for found in pool.map(one, candidates) for outcome in found)
     readings = tuple(outcome for outcome in outcomes if isinstance(outcome, Reading))
     excluded = tuple(outcome for outcome in outcomes if isinstance(outcome, Exclusion))
     return readings, excluded
@@ -95,25 +95,59 @@ def read_all(
 
 def _read(
     candidate: Candidate, *, camera: Camera, cfa: str | None, headerless: tuple[HeaderlessFormat, str] | None
-) -> Reading | Exclusion:
+) -> tuple[Reading | Exclusion, ...]:
+    """Return what comes of each frame of a file."""
     facts, findings = _sidecar(candidate)
     try:
         size = candidate.path.stat().st_size
         stated, said_by = headerless or stored_as(facts, size=size)
-        header = read_header(candidate.path, headerless=stated, said_by=said_by)
+        headers = read_headers(candidate.path, headerless=stated, said_by=said_by)
     except RawFileError as error:
-        return Exclusion(name=candidate.name, code=error.code, reason=error.message)
+        return (Exclusion(name=candidate.name, code=error.code, reason=error.message),)
     except OSError as error:
         reason = f"the file cannot be read ({error.strerror or error})"
-        return Exclusion(name=candidate.name, code="file-unreadable", reason=reason)
+        return (Exclusion(name=candidate.name, code="file-unreadable", reason=reason),)
+    return tuple(
+        _outcome(
+            header,
+            name=_name(candidate, header, frames=len(headers)),
+            candidate=candidate,
+            size=size,
+            facts=facts,
+            findings=findings,
+            camera=camera,
+            cfa=cfa,
+        )
+        for header in headers
+    )
+
+
+def _name(candidate: Candidate, header: RawHeader, *, frames: int) -> str:
+    """Return a frame's name: of many in a file with a number, of as many digits as sorts them."""
+    if header.page is None:
+        return candidate.name
+    return f"{candidate.name}#{header.page:0{len(str(frames))}}"
+
+
+def _outcome(
+    header: RawHeader,
+    *,
+    name: str,
+    candidate: Candidate,
+    size: int,
+    facts: SidecarFacts,
+    findings: tuple[Finding, ...],
+    camera: Camera,
+    cfa: str | None,
+) -> Reading | Exclusion:
     refusals = [finding for finding in header.findings if finding.severity is Severity.ERROR]
     if refusals:
         reason = "; ".join(refusal.message.rstrip(".") for refusal in refusals)
-        return Exclusion(name=candidate.name, code=refusals[0].code, reason=reason)
+        return Exclusion(name=name, code=refusals[0].code, reason=reason)
     resolved = _resolved(header, candidate=candidate, facts=facts, cfa=cfa or camera.cfa)
     if resolved.exposure_s is None and candidate.kind in {Kind.FLAT, Kind.DARK}:
         return Exclusion(
-            name=candidate.name,
+            name=name,
             code="exposure-unknown",
             reason=(
                 f"nothing says the exposure of this {candidate.kind.value} frame: put it into the file's metadata, a "
@@ -123,13 +157,15 @@ def _read(
     depth, known = _bit_depth(header, camera=camera, facts=facts)
     return Reading(
         kind=candidate.kind,
-        frame=Frame(name=candidate.name, header=resolved, size=size),
+        frame=Frame(
+            name=name, header=resolved, size=size if header.extent is None else header.extent.stop - header.extent.start
+        ),
         photons=candidate.given.photons,
         bit_depth=depth,
         bit_depth_known=known,
         own_cfa=header.cfa,
         sidecar_exposure_s=_overruled(header, candidate=candidate, facts=facts),
-        findings=(*_named(header.findings, candidate.name), *findings),
+        findings=(*_named(header.findings, name), *findings),
     )
 
 

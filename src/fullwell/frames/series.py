@@ -35,11 +35,12 @@ class Frame:
     Parameters
     ----------
     name
-        Path relative to the study, with forward slashes: the frame's identity and its order.
+        Path relative to the study, with forward slashes, and ``#`` with a number for one of many frames in a file: the
+        frame's identity and its order.
     header
         What the file says about itself.
     size
-        Bytes of the file.
+        Bytes of the file, or of the part of it that holds this frame.
 
     """
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tifffile import TiffFile, TiffPage, TiffTag
 
 _RATIONAL_TYPES: Final = (5, 10)
+_MOST_PAGES: Final = 100_000
 _EXIF_NAMES: Final = (
     ("ExposureTime", Tag.EXPOSURE_TIME),
     ("ISOSpeedRatings", Tag.ISO_SPEED_RATINGS),
@@ -86,6 +87,8 @@ class Directories:
         Its SubIFDs, in order.
     exif
         The EXIF directory; empty where there is none.
+    following
+        The directories that the first is followed by, of a TIFF that is no DNG.
 
     """
 
@@ -94,6 +97,7 @@ class Directories:
     first: Directory
     subs: tuple[Directory, ...]
     exif: Directory
+    following: tuple[Directory, ...] = ()
 
     def lookup(self, tag: Tag, image: Directory) -> Directory:
         """Return the directory that holds a tag: the image's own, the first, or EXIF, in this order."""
@@ -134,13 +138,38 @@ def _directories(tiff: "TiffFile") -> Directories:
     subs = [page for page in first.pages or () if not isinstance(page, TiffFrame)]
     for page in (first, *subs):
         _require_whole(tiff, page)
+    plain = _directory(first)
     return Directories(
         byte_order=str(tiff.byteorder),
         size=int(tiff.filehandle.size),
-        first=_directory(first),
+        first=plain,
         subs=tuple(_directory(page) for page in subs),
         exif=_exif(first),
+        following=() if Tag.DNG_VERSION in plain else _following(tiff, first),
     )
+
+
+def _following(tiff: "TiffFile", first: "TiffPage") -> tuple[Directory, ...]:
+    """Return the directories behind the first, as far as the chain leads without going in circles."""
+    from tifffile import TiffPage  # noqa: PLC0415 - loads when used
+
+    form, file = tiff.tiff, tiff.filehandle
+    found: list[Directory] = []
+    seen = {first.offset}
+    at = first.offset
+    while len(found) < _MOST_PAGES:
+        file.seek(at)
+        (count,) = struct.unpack(form.tagnoformat, file.read(form.tagnosize))
+        file.seek(at + form.tagnosize + count * form.tagsize)
+        (at,) = struct.unpack(form.offsetformat, file.read(form.offsetsize))
+        if at == 0 or at in seen:
+            break
+        seen.add(at)
+        file.seek(at)
+        page = TiffPage(tiff, index=len(seen) - 1)
+        _require_whole(tiff, page)
+        found.append(_directory(page))
+    return tuple(found)
 
 
 def _directory(page: "TiffPage") -> Directory:

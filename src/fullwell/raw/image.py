@@ -19,6 +19,13 @@ class Area(NamedTuple):
     right: int
 
 
+class Extent(NamedTuple):
+    """The bytes of a file that hold one of its frames: the first, and one past the last."""
+
+    start: int
+    stop: int
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
     """A level per CFA site, row-major from the visible top-left pixel, and where it came from.
@@ -69,6 +76,13 @@ class RawHeader:
         White in the camera's own R, G and B, as the DNG tag AsShotNeutral has it; empty where absent.
     level_tags
         Every level the file declares, by its maker's own name.
+    settings
+        What else sets a camera's amplification and offset, as the file spells it (``EGAIN 10.84``); empty where it
+        does not say. Frames that differ in it are no frames of one series.
+    page
+        Which of the frames of a file this is, counted from 1; None where the file holds one.
+    extent
+        The bytes that hold this frame; None: all of the file.
     layout
         What the decoder of this format needs to find the pixels; opaque to everybody else.
     findings
@@ -98,6 +112,9 @@ class RawHeader:
     noise_profile: tuple[tuple[float, float], ...] = ()
     as_shot_neutral: tuple[float, ...] = ()
     level_tags: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    settings: str = ""
+    page: int | None = None
+    extent: Extent | None = None
     layout: object = None
     findings: tuple[Finding, ...] = ()
 

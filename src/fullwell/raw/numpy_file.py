@@ -1,4 +1,4 @@
-"""NumPy's ``.npy``: a mosaic as an array of whole numbers, without levels or CFA."""
+"""NumPy's ``.npy``: a mosaic, or frames one behind the other, as an array of whole numbers, without levels or CFA."""
 
 import io
 from pathlib import Path
@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
 from fullwell.raw.image import Area, RawHeader
+from fullwell.raw.pages import MAX_FRAMES, paged
 from fullwell.raw.segments import MAX_PIXELS
 
 SIGNATURE: Final = b"\x93NUMPY"
+_COLOURS: Final = (3, 4)
 
 
-def read_numpy_header(path: Path, size: int) -> RawHeader:
-    """Return the header of an ``.npy`` file of ``size`` bytes.
+def read_numpy_headers(path: Path, size: int) -> tuple[RawHeader, ...]:
+    """Return the header of every frame of an ``.npy`` file of ``size`` bytes; an array of (n, h, w) holds n of them.
 
     Raises
     ------
     UnsuitableFileError
-        ``processed-rgb`` where the array is not of two dimensions, ``unsupported-sample-format`` where its numbers are
-        not unsigned integers of 8 or 16 bits.
+        ``processed-rgb`` where the array has neither two dimensions nor three that cannot be colours,
+        ``unsupported-sample-format`` where its numbers are not unsigned integers of 8 or 16 bits.
     UnreadableFileError
         ``file-truncated`` or ``file-damaged``.
 
@@ -30,18 +32,21 @@ def read_numpy_header(path: Path, size: int) -> RawHeader:
     with path.open("rb") as file:
         shape, fortran_order, dtype = _described(file)
         offset = file.tell()
-    if len(shape) != 2:
+    if not 2 <= len(shape) <= 3:
         raise UnsuitableFileError("processed-rgb", f"the array has {len(shape)} dimensions; a mosaic has two")
+    if len(shape) == 3 and shape[2] in _COLOURS:
+        raise UnsuitableFileError("processed-rgb", f"the array holds {shape[2]} colours for every pixel, not a mosaic")
     if dtype.kind != "u" or dtype.itemsize > 2 or fortran_order:
         raise UnsuitableFileError(
             "unsupported-sample-format", f"the array holds {dtype}; save it row by row as uint8 or uint16"
         )
-    height, width = shape
-    if not 0 < width * height <= MAX_PIXELS:
+    frames, height, width = shape if len(shape) == 3 else (1, *shape)
+    if not 0 < width * height <= MAX_PIXELS or not 0 < frames <= MAX_FRAMES:
         raise UnreadableFileError("file-damaged", "the array has no possible size; copy the file again")
-    if offset + width * height * dtype.itemsize > size:
+    length = width * height * dtype.itemsize
+    if offset + frames * length > size:
         raise UnreadableFileError("file-truncated", "the array ends before its header says; copy the file again")
-    return RawHeader(
+    whole = RawHeader(
         path=path,
         format="npy",
         raw_width=width,
@@ -51,6 +56,7 @@ def read_numpy_header(path: Path, size: int) -> RawHeader:
         bit_depth=8 * dtype.itemsize,
         layout=(offset, dtype.str),
     )
+    return paged(whole, frames=frames, offset=offset, length=length, layout=(0, dtype.str))
 
 
 def decode_numpy(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:

@@ -2,10 +2,12 @@
 
 A file that bears no sign of its format is headerless, and read as the caller says, or as the preset for its extension.
 
-Which function: `read_header` for what a file says about itself (fast, no pixels), `decode` for the mosaic from bytes
-that are already in memory, `read_raw` for both at once, `require_measurable` before noise is measured.
+Which function: `read_header` for what a file says about itself (fast, no pixels), `read_headers` for a file of many
+frames, `read_bytes` for what `decode` makes a mosaic of, `read_raw` for both at once, `require_measurable` before noise
+is measured.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -13,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
-from fullwell.findings import Severity
+from fullwell.findings import Finding, Severity
 from fullwell.raw.decode import decode_segments
 from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
-from fullwell.raw.fits import decode_fits, read_fits_header
+from fullwell.raw.fits import decode_fits, read_fits_headers
 from fullwell.raw.headerless import decode_headerless, read_headerless_header
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import RawHeader, RawImage
@@ -26,13 +28,13 @@ from fullwell.raw.maker import MakerLayout, decode_maker, is_maker, read_maker_h
 from fullwell.raw.netpbm import SIGNATURES as NETPBM_SIGNATURES
 from fullwell.raw.netpbm import decode_netpbm, read_netpbm_header
 from fullwell.raw.numpy_file import SIGNATURE as NUMPY_SIGNATURE
-from fullwell.raw.numpy_file import decode_numpy, read_numpy_header
+from fullwell.raw.numpy_file import decode_numpy, read_numpy_headers
 from fullwell.raw.png import SIGNATURE as PNG_SIGNATURE
 from fullwell.raw.png import decode_png, read_png_header
 from fullwell.raw.presets import STANDARD_EXTENSIONS, preset_for
 from fullwell.raw.segments import Layout
 from fullwell.raw.tags import Tag
-from fullwell.raw.tiff import read_tiff_header
+from fullwell.raw.tiff import read_tiff_headers
 
 _TIFF_SIGNATURES: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _JPEG_SIGNATURE: Final = b"\xff\xd8\xff"
@@ -43,9 +45,9 @@ _DECODERS: Final = {"png": decode_png, "fits": decode_fits, "npy": decode_numpy,
 
 
 def read_header(path: Path, *, headerless: HeaderlessFormat | None = None, said_by: str = "--headerless") -> RawHeader:
-    """Return what a raw file says about itself, without its pixels.
+    """Return what a raw file says about itself, without its pixels; of a file of many frames, the first one's.
 
-    A DNG that can be parsed but must not be measured has a header too, with the reason as a finding of severity
+    A file that can be parsed but must not be measured has a header too, with the reason as a finding of severity
     ``error``; see `require_measurable`.
 
     Parameters
@@ -61,66 +63,100 @@ def read_header(path: Path, *, headerless: HeaderlessFormat | None = None, said_
     ------
     UnreadableFileError
         ``file-missing``, ``file-unreadable``, ``not-a-raw-file``, ``file-truncated``, ``file-damaged``,
-        ``geometry-mismatch``.
+        ``decoder-failed``, ``geometry-mismatch``.
     UnsuitableFileError
         ``lossy-compression``, ``processed-rgb``, ``unsupported-compression``, ``unsupported-cfa``,
-        ``unsupported-sample-format``.
+        ``unsupported-sample-format``, ``unsupported-camera``.
 
+    """
+    headers = read_headers(path, headerless=headerless, said_by=said_by)
+    first = headers[0]
+    if len(headers) == 1:
+        return first
+    message = (
+        f"It holds {len(headers)} frames; this is the first. In a study each is a frame of its own: {path.name}#1 ..."
+    )
+    finding = Finding(code="several-frames", severity=Severity.INFO, message=message)
+    return replace(first, findings=(*first.findings, finding))
+
+
+def read_headers(
+    path: Path, *, headerless: HeaderlessFormat | None = None, said_by: str = "--headerless"
+) -> tuple[RawHeader, ...]:
+    """Return the header of every frame of a file: the pages of a TIFF, the planes of a FITS cube or of an array.
+
+    Parameters, errors: as `read_header`.
     """
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD_BYTES)
             size = file.seek(0, 2)
-        known = _read_header(path, head=head, size=size)
-        return known or _read_headerless(path, size=size, stated=headerless, said_by=said_by)
+        known = _read_headers(path, head=head, size=size)
+        return known or (_read_headerless(path, size=size, stated=headerless, said_by=said_by),)
     except FileNotFoundError as error:
         raise UnreadableFileError("file-missing", "the file does not exist") from error
     except OSError as error:
         raise UnreadableFileError("file-unreadable", f"the file cannot be read ({error.strerror})") from error
 
 
-def _read_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
-    """Return the header of a file whose content, or extension, tells its format; None for any other."""
+def read_bytes(header: RawHeader) -> bytes:
+    """Return the bytes of a file that `decode` makes the mosaic of.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+
+    """
+    if header.extent is None:
+        return header.path.read_bytes()
+    with header.path.open("rb") as file:
+        file.seek(header.extent.start)
+        return file.read(header.extent.stop - header.extent.start)
+
+
+def _read_headers(path: Path, *, head: bytes, size: int) -> tuple[RawHeader, ...]:
+    """Return the headers of a file whose content, or extension, tells its format; none for any other."""
     if size == 0:
         raise UnreadableFileError("file-truncated", "the file is empty; copy it again")
     if is_maker(path, head) and not head.startswith(_JPEG_SIGNATURE):
-        return read_maker_header(path)
+        return (read_maker_header(path),)
     if head.startswith(_TIFF_SIGNATURES):
         if _directory_start(head) + 2 > size:
             raise UnreadableFileError("file-truncated", "the file ends before its directory; copy it again")
         return _read_tiff_like(path)
     if head.startswith(PNG_SIGNATURE):
-        return read_png_header(path, head, size)
+        return (read_png_header(path, head, size),)
     if head.startswith(_JPEG_SIGNATURE):
         raise UnsuitableFileError("lossy-compression", "this is a JPEG file; use the camera's raw files instead")
-    return _read_array_header(path, head=head, size=size)
+    return _read_array_headers(path, head=head, size=size)
 
 
-def _read_tiff_like(path: Path) -> RawHeader:
-    """Return the header of a DNG, a plain TIFF, or a maker's raw file by another name."""
+def _read_tiff_like(path: Path) -> tuple[RawHeader, ...]:
+    """Return the headers of a DNG, a plain TIFF, or a maker's raw file by another name."""
     directories = read_directories(path)
     if Tag.DNG_VERSION in directories.first:
-        return read_dng_header(path, directories)
+        return (read_dng_header(path, directories),)
     try:
-        return read_tiff_header(path, directories)
+        return read_tiff_headers(path, directories)
     except UnsuitableFileError as error:
         if directories.first.text(Tag.MAKE) is None:
             raise
         try:
-            return read_maker_header(path)
+            return (read_maker_header(path),)
         except RawFileError as other:
             raise (error if other.code in _NO_RAW else other) from None
 
 
-def _read_array_header(path: Path, *, head: bytes, size: int) -> RawHeader | None:
-    """Return the header of a format that holds arrays of any kind; None where it is none of them."""
+def _read_array_headers(path: Path, *, head: bytes, size: int) -> tuple[RawHeader, ...]:
+    """Return the headers of a format that holds arrays of any kind; none where it is none of them."""
     if head.startswith(FITS_SIGNATURE):
-        return read_fits_header(path, size)
+        return read_fits_headers(path, size)
     if head.startswith(NUMPY_SIGNATURE):
-        return read_numpy_header(path, size)
+        return read_numpy_headers(path, size)
     if head.startswith(NETPBM_SIGNATURES) and head[2:3].isspace():
-        return read_netpbm_header(path, size)
-    return None
+        return (read_netpbm_header(path, size),)
+    return ()
 
 
 def _read_headerless(path: Path, *, size: int, stated: HeaderlessFormat | None, said_by: str) -> RawHeader:
@@ -168,7 +204,7 @@ def decode(
     header
         The file's header.
     data
-        All bytes of the file.
+        All bytes of the file, or what `read_bytes` returns.
     out
         Memory for the mosaic, shape (header.height, header.width), C-contiguous, apart from ``data``; used where
         samples are not stored the way they are returned.
@@ -189,6 +225,8 @@ def decode(
     """
     require_measurable(header)
     view = memoryview(data).cast("B")
+    if header.extent is not None and len(view) != header.extent.stop - header.extent.start:
+        view = view[header.extent.start : header.extent.stop]
     if isinstance(header.layout, Layout):
         mosaic = decode_segments(header.layout, view, header.active_area, out=out)
     elif isinstance(header.layout, HeaderlessFormat):
@@ -212,4 +250,4 @@ def read_raw(path: Path, *, headerless: HeaderlessFormat | None = None) -> RawIm
 
     """
     header = read_header(path, headerless=headerless)
-    return RawImage(header=header, mosaic=decode(header, path.read_bytes()))
+    return RawImage(header=header, mosaic=decode(header, read_bytes(header)))

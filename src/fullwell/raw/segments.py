@@ -66,6 +66,13 @@ class Layout:
         return min(self.segment_height, self.height - segment * self.segment_height)
 
     @property
+    def stored_bytes(self) -> tuple[int, ...]:
+        """Return the bytes of each segment that are read, whatever the file says of uncompressed ones [byte]."""
+        if self.compression != Compression.NONE:
+            return self.counts
+        return tuple(self.row_bytes * self.rows(segment) for segment in range(len(self.offsets)))
+
+    @property
     def row_bytes(self) -> int:
         """Bytes of one uncompressed segment row; rows begin at whole bytes."""
         return (self.segment_width * self.bits + 7) // 8

@@ -1,14 +1,16 @@
-"""What a plain TIFF file says about its mosaic: no levels, and a CFA only where its tags say so."""
+"""What a plain TIFF file says about its mosaics, one a page: no levels, and a CFA only where its tags say so."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from fullwell.errors import UnsuitableFileError
+from fullwell.findings import Finding, Severity
 from fullwell.raw.directory import Directories, Directory
 from fullwell.raw.dng import mosaic_cfa, raw_image
 from fullwell.raw.exposure import read_exposure
-from fullwell.raw.image import Area, RawHeader
-from fullwell.raw.segments import read_layout
+from fullwell.raw.image import Area, Extent, RawHeader
+from fullwell.raw.segments import Layout, read_layout
 from fullwell.raw.tags import Compression, Photometric, Tag, compression_name
 
 _DECODED: Final = (
@@ -18,11 +20,23 @@ _DECODED: Final = (
     Compression.OLD_DEFLATE,
     Compression.PACKBITS,
 )
+_FORM: Final = (
+    Tag.NEW_SUBFILE_TYPE,
+    Tag.IMAGE_WIDTH,
+    Tag.IMAGE_LENGTH,
+    Tag.BITS_PER_SAMPLE,
+    Tag.PHOTOMETRIC,
+    Tag.SAMPLES_PER_PIXEL,
+    Tag.COMPRESSION,
+)
+"""What pages that are frames of one series have in common."""
 _GREY: Final = (Photometric.BLACK_IS_ZERO, Photometric.CFA, Photometric.LINEAR_RAW)
 
 
-def read_tiff_header(path: Path, directories: Directories) -> RawHeader:
-    """Return the header of a TIFF file with one sample per pixel.
+def read_tiff_headers(path: Path, directories: Directories) -> tuple[RawHeader, ...]:
+    """Return the header of every page of a TIFF file with one sample per pixel.
+
+    A page is a frame where it is stored as the first is; smaller pictures and other pages are left out, with a finding.
 
     Raises
     ------
@@ -35,6 +49,21 @@ def read_tiff_header(path: Path, directories: Directories) -> RawHeader:
     """
     image = raw_image(directories)
     _require_suitable(image)
+    whole = _header(path, directories, image)
+    if image is not directories.first:
+        return (whole,)
+    alike = [page for page in directories.following if _form(page) == _form(image)]
+    others = sum(page.integer(Tag.NEW_SUBFILE_TYPE, 0) == 0 for page in directories.following) - len(alike)
+    if others:
+        message = f"{others} pages of the TIFF file are no frames like its first; they are left out."
+        whole = replace(whole, findings=(Finding(code="pages-left-out", severity=Severity.WARNING, message=message),))
+    if not alike:
+        return (whole,)
+    pages = (whole, *(_header(path, replace(directories, first=page), page) for page in alike))
+    return tuple(_as_page(header, number) for number, header in enumerate(pages, start=1))
+
+
+def _header(path: Path, directories: Directories, image: Directory) -> RawHeader:
     layout = read_layout(image, byte_order=directories.byte_order, file_size=directories.size)
     exposure = read_exposure(directories, image)
     return RawHeader(
@@ -56,6 +85,21 @@ def read_tiff_header(path: Path, directories: Directories) -> RawHeader:
         compression=compression_name(layout.compression),
         layout=layout,
     )
+
+
+def _form(page: Directory) -> tuple[object, ...]:
+    return tuple(page.numbers(tag) for tag in _FORM)
+
+
+def _as_page(header: RawHeader, number: int) -> RawHeader:
+    """Return a page's header, its pixels counted from the first byte of them."""
+    layout = header.layout
+    if not isinstance(layout, Layout):
+        raise TypeError("the header is not that of a TIFF file")
+    start = min(layout.offsets)
+    stop = max(offset + count for offset, count in zip(layout.offsets, layout.stored_bytes, strict=True))
+    moved = replace(layout, offsets=tuple(offset - start for offset in layout.offsets))
+    return replace(header, page=number, extent=Extent(start, stop), layout=moved)
 
 
 def _require_suitable(image: Directory) -> None:

@@ -17,7 +17,7 @@ from fullwell.frames.grouping import mean
 from fullwell.frames.series import Exclusion, Frame, Series, Study
 from fullwell.raw.cfa import cell, channels
 from fullwell.raw.image import RawHeader
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.statistics.chart import Cuts, cut_patches, measure_cuts, plane_of
 from fullwell.statistics.series import Histogram
 from fullwell.workflow.executor import Progress, in_threads
@@ -84,7 +84,7 @@ def mosaic_of(frame: Frame) -> NDArray[np.uint16]:
         The file cannot be read.
 
     """
-    return decode(frame.header, frame.header.path.read_bytes())
+    return decode(frame.header, read_bytes(frame.header))
 
 
 def read_shots(
@@ -155,7 +155,7 @@ def read_shots(
 def _look(one: tuple[Series, Frame], *, scene: Placed, masked: bool, progress: Progress | None) -> _Look | Exclusion:
     series, frame = one
     try:
-        data = frame.header.path.read_bytes()
+        data = read_bytes(frame.header)
         mosaic = decode(frame.header, data)
         margins = masked_sums(frame.header, data) if masked else ()
     except RawFileError as error:

@@ -12,7 +12,7 @@ from typing import Final, TypeVar
 
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.reduce import Reduction, reduce_study
 
@@ -86,7 +86,7 @@ def _told_apart(found: Sequence[_Copy]) -> tuple[tuple[_Copy, ...], tuple[_Copy,
 
 
 def _has_one_code(frame: Frame) -> bool:
-    mosaic = decode(frame.header, frame.header.path.read_bytes())
+    mosaic = decode(frame.header, read_bytes(frame.header))
     return bool(mosaic.min() == mosaic.max())
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError
 from fullwell.frames.series import Frame
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.report.pictures import DarkZoom, DifferencePicture, Pictures, RegionHistogram
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.read_noise import choose_burst
@@ -58,7 +58,7 @@ def _pictures(group: IsoBursts, burst: Burst) -> Pictures:
 
 
 def _mosaic(frame: Frame) -> NDArray[np.int32]:
-    return decode(frame.header, frame.header.path.read_bytes()).astype(np.int32)
+    return decode(frame.header, read_bytes(frame.header)).astype(np.int32)
 
 
 def _start(size: int, edge: int) -> int:

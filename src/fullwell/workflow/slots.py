@@ -1,7 +1,6 @@
 """Raw files are read into memory that is used again and again."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -11,6 +10,7 @@ from xxhash import xxh3_128
 from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
 from fullwell.kernels.moments import Stack
+from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
 from fullwell.statistics.batch import Batch
 
@@ -71,7 +71,7 @@ class Slots:
         first = len(self._starts) * self.slot_bytes
         slot = self._block[first : first + self.slot_bytes]
         stored = slot if frame.header.compression == "none" else self._apart()
-        data, hashes[frame.name] = _read_into(frame.header.path, stored.data)
+        data, hashes[frame.name] = _read_into(frame.header, stored.data)
         target = slot[: 2 * self._shape[0] * self._shape[1]].view(np.uint16).reshape(self._shape)
         mosaic = decode(frame.header, data, out=None if stored is slot else target)
         if mosaic.shape != self._shape:
@@ -116,17 +116,20 @@ class Slots:
         return start
 
 
-def _read_into(path: Path, slot: memoryview) -> tuple[memoryview, str]:
-    """Read a whole file into a slot, or into memory of its own if it has outgrown the slot; and return its hash.
+def _read_into(header: RawHeader, slot: memoryview) -> tuple[memoryview, str]:
+    """Read a frame's bytes into a slot, or into memory of its own if it has outgrown the slot; and return its hash.
 
     Pieces are hashed while they are still in the cache.
     """
     digest = xxh3_128()
     at = 0
-    with path.open("rb", buffering=0) as file:
+    start, stop = header.extent or (0, None)
+    slot = slot if stop is None else slot[: stop - start]
+    with header.path.open("rb", buffering=0) as file:
+        file.seek(start)
         while at < len(slot) and (count := file.readinto(slot[at : at + _PIECE])):
             digest.update(slot[at : at + count])
             at += count
-        rest = file.read() if at == len(slot) else b""
+        rest = file.read() if at == len(slot) and stop is None else b""
     digest.update(rest)
     return (memoryview(bytes(slot) + rest) if rest else slot[:at]), digest.hexdigest()

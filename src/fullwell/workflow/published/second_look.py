@@ -20,7 +20,7 @@ from fullwell.fit.legacy.read_noise import ReadNoiseRepeats, read_noise_repeats
 from fullwell.fit.legacy.shading_map import LegacyMap
 from fullwell.fit.legacy.std_line import StdLine, fit_std_line
 from fullwell.frames.series import Frame
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.statistics.burst import LEGACY_FRAMES
 from fullwell.statistics.single_frames import corrected_std, frame_products
 from fullwell.workflow.executor import Progress, run_threads
@@ -200,7 +200,7 @@ class _Look:
 
     @staticmethod
     def _decoded(frame: Frame) -> NDArray[np.uint16]:
-        mosaic = decode(frame.header, frame.header.path.read_bytes())
+        mosaic = decode(frame.header, read_bytes(frame.header))
         if mosaic.shape != (frame.header.height, frame.header.width):
             raise UnreadableFileError("file-damaged", "the file changed its size")
         return mosaic

@@ -1,13 +1,16 @@
 """Raw files in their makers' own formats, read through LibRaw."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
+import imagecodecs
 import numpy as np
 import pytest
+from maker_builder import arw, nef, nef_with_compression, raf
 
-from fullwell.errors import RawFileError, UnsuitableFileError
+from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
+from fullwell.raw import isolation
+from fullwell.raw.embedded import ciff_names, fuji_is_rotated, wavelet_levels
 from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.open import read_header, read_raw, require_measurable
 
@@ -36,17 +39,88 @@ def test_companded_codes_are_refused(shared_data: Callable[[str], Path]) -> None
     assert caught.value.code == "companded"
 
 
-def test_damaged_files_have_a_name_and_a_reason(shared_data: Callable[[str], Path], tmp_path: Path) -> None:
-    whole = (shared_data("makers") / "CRW_0101.CRW").read_bytes()
-    rng = np.random.default_rng(7)
-    for number in range(12):
-        data = bytearray(whole[: int(rng.integers(40, len(whole)))] if number % 2 else whole)
-        for at in rng.integers(0, min(len(data), 4000), 20):
-            data[at] = int(rng.integers(0, 256))
-        path = tmp_path / f"{number}.crw"
-        path.write_bytes(data)
-        with suppress(RawFileError):
-            assert read_raw(path).mosaic.ndim == 2
+MOSAIC = np.random.default_rng(2).normal(600, 80, (240, 320)).round().astype(np.uint16)
+
+
+def written(path: Path, data: bytes) -> Path:
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("name", ["a.nef", "nef-by-another-name.bin"])
+def test_a_built_nef_is_read_and_says_how_it_was_taken(name: str, tmp_path: Path) -> None:
+    image = read_raw(written(tmp_path / name, nef(MOSAIC)))
+    np.testing.assert_array_equal(image.mosaic, MOSAIC)
+    header = image.header
+    assert (header.make, header.model) == ("NIKON CORPORATION", "NIKON D9999")
+    assert (header.cfa, header.iso, header.exposure_s, header.orientation) == ("RGGB", 400.0, 1 / 250, 6)
+
+
+@pytest.mark.parametrize(
+    ("data", "compression", "code"),
+    [
+        (nef_with_compression(MOSAIC, 3), "nikon-lossless", None),
+        (nef_with_compression(MOSAIC, 4), "nikon-lossy", "lossy-compression"),
+        (nef_with_compression(MOSAIC, 13), "nikon-high-efficiency", "lossy-compression"),
+        (nef_with_compression(MOSAIC, 8), "nikon-small", "processed-rgb"),
+        (arw(MOSAIC, file_type=0), "none", None),
+        (arw(MOSAIC, file_type=3), "sony-lossless", None),
+        (arw(MOSAIC, file_type=2), "sony-lossy", "lossy-compression"),
+    ],
+)
+def test_what_coding_does_to_noise_is_told(data: bytes, compression: str, code: str | None, tmp_path: Path) -> None:
+    header = read_header(written(tmp_path / ("a.nef" if data[:2] == b"MM" else "a.arw"), data))
+    assert header.compression == compression
+    assert [finding.code for finding in header.findings] == ([] if code is None else [code])
+    if code is None:
+        np.testing.assert_array_equal(read_raw(header.path).mosaic, MOSAIC)
+
+
+def test_a_file_cut_short_is_named_so_even_where_libraw_goes_on(tmp_path: Path) -> None:
+    for name, data in (("a.nef", nef(MOSAIC)), ("a.arw", arw(MOSAIC, file_type=0))):
+        start = data.index(MOSAIC.astype(">u2" if name == "a.nef" else "<u2").tobytes()[:64])
+        whole = bytearray(data)
+        cut = whole[: start + 40_000]
+        directories = whole[start + 2 * MOSAIC.size :]
+        path = written(tmp_path / name, bytes(cut + directories))
+        with pytest.raises(UnreadableFileError):
+            read_raw(path)
+
+
+def test_structures_of_other_makers_are_understood() -> None:
+    assert fuji_is_rotated(raf(MOSAIC, rotated=True))
+    assert not fuji_is_rotated(raf(MOSAIC))
+    assert not fuji_is_rotated(nef(MOSAIC))
+    cmp1 = b"CMP1" + bytes(26)
+    assert [wavelet_levels(b"\0\0\0\x18ftypcrx " + cmp1 + bytes([levels])) for levels in (0, 3)] == [0, 3]
+    assert ciff_names(b"II\x1a\0\0\0HEAPCCDR" + bytes(20) + b"Canon\0Canon EOS D30\0") == ("Canon", "Canon EOS D30")
+
+
+def test_a_decoder_that_dies_or_hangs_takes_nothing_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = written(tmp_path / "a.nef", nef(MOSAIC))
+    monkeypatch.setattr(isolation, "_PROGRAM", "this")  # says its poem instead of an answer
+    monkeypatch.setattr(isolation, "_idle", [])
+    with pytest.raises(UnreadableFileError) as caught:
+        read_header(path)
+    assert caught.value.code == "decoder-failed"
+    monkeypatch.setattr(isolation, "_BASE_S", 0.3)
+    monkeypatch.setattr(isolation, "_S_PER_MB", 0.0)
+    sleeper = tmp_path / "sleeper.py"
+    sleeper.write_text("import time\ntime.sleep(60)\n")
+    monkeypatch.setattr(isolation, "_PROGRAM", "sleeper")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(UnreadableFileError, match="it took more than"):
+        read_header(path)
+    monkeypatch.undo()
+    assert read_header(path).model == "NIKON D9999"
+
+
+def test_memory_that_a_file_asks_for_is_bounded() -> None:
+    with pytest.raises(UnreadableFileError):
+        isolation.ask("png", imagecodecs.png_encode(np.zeros((8, 8), np.uint16)), shape=[8, 9])
+    bomb = imagecodecs.png_encode(np.zeros((10_000, 10_000), np.uint16), level=1)
+    with pytest.raises(UnreadableFileError, match="claims more pixels|it crashed"):
+        isolation.ask("png", bomb, shape=[10_000, 10_000], out=np.empty((1, 1), np.uint16))
 
 
 def test_text_by_the_name_of_a_raw_file_is_named_damaged(tmp_path: Path) -> None:

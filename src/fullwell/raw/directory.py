@@ -3,6 +3,7 @@
 Only the tags of `fullwell.raw.tags` are read, from the first directory, its SubIFDs and its EXIF directory.
 """
 
+import errno
 import logging
 import math
 import struct
@@ -123,9 +124,11 @@ def read_directories(path: Path) -> Directories:
     try:
         with TiffFile(path, _multifile=False) as tiff:
             return _directories(tiff)
-    except (OSError, UnreadableFileError):
+    except UnreadableFileError:
         raise
     except Exception as error:  # a damaged directory may fail anywhere inside tifffile, with any exception
+        if isinstance(error, OSError) and error.errno != errno.EINVAL:  # which a position before the file's start gives
+            raise
         raise UnreadableFileError(
             "file-damaged", f"the TIFF directories are damaged ({type(error).__name__}); copy the file again"
         ) from error

@@ -19,7 +19,7 @@ from fullwell.raw.embedded import exif_blocks
 logging.getLogger("exifread").addHandler(logging.NullHandler())
 logging.getLogger("exifread").propagate = False
 
-_MOST_READS: Final = 600_000
+_MOST_READS: Final = 300_000
 _MOST_BYTES: Final = 200_000_000
 _MOST_VALUES: Final = 64
 COLOR_DATA: Final = 0x4001

@@ -149,7 +149,8 @@ def decode_fits(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
     if dtype.str == ">i2" and (layout.zero, layout.scale) == (32768.0, 1.0):
         mosaic = stored.view(">u2").astype(np.uint16) ^ np.uint16(0x8000)
     else:
-        mosaic = _whole_codes(stored * layout.scale + layout.zero)
+        with np.errstate(all="ignore"):  # what is not finite is refused
+            mosaic = _whole_codes(stored * layout.scale + layout.zero)
     area = header.active_area
     return np.ascontiguousarray(mosaic[area.top : area.bottom, area.left : area.right])
 

@@ -130,7 +130,7 @@ def _header(path: Path, said: Description, decoded: Decoded, *, facts: ShotFacts
         cfa=_order(decoded),
         bit_depth=max(1, decoded.white.bit_length()),
         black_level=Levels(values=black, source="metadata", tag="LibRaw black"),
-        white_level=_white(decoded, sites),
+        white_level=Levels(values=(float(decoded.white),) * len(sites), source="metadata", tag="LibRaw maximum"),
         iso=facts.iso,
         exposure_s=facts.exposure_s,
         temperature_c=facts.temperature_c,
@@ -148,14 +148,6 @@ def _header(path: Path, said: Description, decoded: Decoded, *, facts: ShotFacts
         layout=MakerLayout(),
         findings=(*_refusals(said, decoded, coding), *coding.findings),
     )
-
-
-def _white(decoded: Decoded, sites: tuple[int, ...]) -> Levels:
-    """Return the file's own limits of linearity where they can be a white level, LibRaw's otherwise."""
-    linear, white = decoded.linear, float(decoded.white)
-    if len(linear) == 4 and all(max(decoded.black) < level <= white for level in linear):
-        return Levels(values=tuple(linear[number] for number in sites), source="metadata", tag="LibRaw linear_max")
-    return Levels(values=(white,) * len(sites), source="metadata", tag="LibRaw maximum")
 
 
 def _order(decoded: Decoded) -> str | None:

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tifffile
 from astropy.io import fits
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
-from fullwell.raw.open import read_header, read_raw
+from fullwell.raw.open import decode, read_bytes, read_header, read_headers, read_raw
 
 MOSAICS = arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9)))
 QUICK = settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -105,6 +106,52 @@ def test_arrays_that_are_no_mosaics_are_refused(tmp_path: Path) -> None:
         np.save(tmp_path / "a.npy", values)
         with pytest.raises(UnsuitableFileError):
             read_header(tmp_path / "a.npy")
+
+
+def stacks(folder: Path, frames: np.ndarray) -> list[Path]:
+    np.save(folder / "stack.npy", frames)
+    tifffile.imwrite(folder / "pages.tif", frames, photometric="minisblack")
+    tifffile.imwrite(folder / "deflated.tif", frames, photometric="minisblack", compression="zlib", tile=(16, 16))
+    tifffile.imwrite(folder / "big.tif", frames, photometric="minisblack", bigtiff=True, byteorder=">")
+    return [*(folder / name for name in ("stack.npy", "pages.tif", "deflated.tif", "big.tif")), cube(folder, frames)]
+
+
+def cube(folder: Path, frames: np.ndarray) -> Path:
+    return write_fits(folder / "cube.fits", frames, EXPTIME=0.5)
+
+
+def test_every_frame_of_a_stack_is_read_from_its_own_bytes(tmp_path: Path) -> None:
+    frames = np.random.default_rng(3).integers(0, 4096, (12, 18, 20), dtype=np.uint16)
+    for path in stacks(tmp_path, frames):
+        headers = read_headers(path)
+        assert [header.page for header in headers] == list(range(1, 13)), path.name
+        for header, frame in zip(headers, frames, strict=True):
+            np.testing.assert_array_equal(decode(header, read_bytes(header)), frame, err_msg=path.name)
+            np.testing.assert_array_equal(decode(header, path.read_bytes()), frame, err_msg=path.name)
+            assert len(read_bytes(header)) <= frame.nbytes + 200 * (path.suffix == ".tif")
+        assert "several-frames" in {finding.code for finding in read_header(path).findings}
+
+
+def test_pages_that_are_no_frames_are_left_out_and_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.tif"
+    frame = np.arange(12, dtype=np.uint16).reshape(3, 4)
+    with tifffile.TiffWriter(path) as writer:
+        writer.write(frame, photometric="minisblack")
+        writer.write(np.zeros((6, 8), np.uint16), photometric="minisblack")
+        writer.write(np.zeros((2, 2), np.uint16), photometric="minisblack", subfiletype=1)
+    (header,) = read_headers(path)
+    assert (header.page, [finding.code for finding in header.findings]) == (None, ["pages-left-out"])
+    np.testing.assert_array_equal(read_raw(path).mosaic, frame)
+
+
+def test_settings_of_a_camera_are_spelled(tmp_path: Path) -> None:
+    path = write_fits(
+        tmp_path / "a.fits", np.zeros((4, 6), np.uint16), EGAIN=10.83807, READOUTM="Low Gain", BLKLEVEL=64
+    )
+    header = read_header(path)
+    assert header.settings == "EGAIN 10.84, BLKLEVEL 64, READOUTM Low Gain"
+    assert header.black_level is not None
+    assert header.black_level.values == (64.0,)
 
 
 def test_a_pgm_that_claims_much_costs_nothing(tmp_path: Path) -> None:

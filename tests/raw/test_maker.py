@@ -1,5 +1,6 @@
 """Raw files in their makers' own formats, read through LibRaw."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -96,30 +97,53 @@ def test_structures_of_other_makers_are_understood() -> None:
     assert ciff_names(b"II\x1a\0\0\0HEAPCCDR" + bytes(20) + b"Canon\0Canon EOS D30\0") == ("Canon", "Canon EOS D30")
 
 
-def test_a_decoder_that_dies_or_hangs_takes_nothing_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        ("import os; os._exit(3)", "it crashed"),
+        ("while True: pass", "it took more than"),
+        ("print('no JSON')", "crash"),
+    ],
+)
+def test_a_decoder_that_dies_or_hangs_takes_nothing_with_it(
+    program: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = written(tmp_path / "a.nef", nef(MOSAIC))
-    monkeypatch.setattr(isolation, "_PROGRAM", "this")  # says its poem instead of an answer
-    monkeypatch.setattr(isolation, "_idle", [])
-    with pytest.raises(UnreadableFileError) as caught:
-        read_header(path)
+    (tmp_path / "hostile_decoder.py").write_text(f"{program}\n")
+    with monkeypatch.context() as patched:
+        patched.setattr(isolation, "_PROGRAM", "hostile_decoder")
+        patched.setattr(isolation, "_idle", [])
+        patched.setattr(isolation, "_BASE_S", 0.3)
+        patched.setattr(isolation, "_S_PER_MB", 0.0)
+        patched.syspath_prepend(tmp_path)
+        with pytest.raises(UnreadableFileError, match=said) as caught:
+            read_header(path)
     assert caught.value.code == "decoder-failed"
-    monkeypatch.setattr(isolation, "_BASE_S", 0.3)
-    monkeypatch.setattr(isolation, "_S_PER_MB", 0.0)
-    sleeper = tmp_path / "sleeper.py"
-    sleeper.write_text("import time\ntime.sleep(60)\n")
-    monkeypatch.setattr(isolation, "_PROGRAM", "sleeper")
+    assert read_header(path).model == "NIKON D9999"
+
+
+def test_processor_time_is_limited_where_the_system_can(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if sys.platform == "win32":
+        pytest.skip("Windows limits no processor time: the clock does")
+    (tmp_path / "endless.py").write_text(
+        "from fullwell.raw import isolated\n"
+        "def turn(data):\n    while True: pass\n"
+        "isolated.TASKS = {'turn': turn}\nisolated.main()\n"
+    )
+    monkeypatch.setattr(isolation, "_PROGRAM", "endless")
+    monkeypatch.setattr(isolation, "_idle", [])
+    monkeypatch.setattr(isolation, "_BASE_S", 0.5)
+    monkeypatch.setattr(isolation, "_PATIENCE", 1000.0)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(UnreadableFileError, match="it took more than"):
-        read_header(path)
-    monkeypatch.undo()
-    assert read_header(path).model == "NIKON D9999"
+        isolation.ask("turn", b"")
 
 
 def test_memory_that_a_file_asks_for_is_bounded() -> None:
     with pytest.raises(UnreadableFileError):
         isolation.ask("png", imagecodecs.png_encode(np.zeros((8, 8), np.uint16)), shape=[8, 9])
     bomb = imagecodecs.png_encode(np.zeros((10_000, 10_000), np.uint16), level=1)
-    with pytest.raises(UnreadableFileError, match="claims more pixels|it crashed"):
+    with pytest.raises(UnreadableFileError, match=r"claims more pixels|it crashed"):
         isolation.ask("png", bomb, shape=[10_000, 10_000], out=np.empty((1, 1), np.uint16))
 
 

@@ -7,44 +7,10 @@ from typing import Final
 from fullwell.findings import Finding
 from fullwell.frames.series import Camera, Kind
 from fullwell.raw.headerless_format import HeaderlessFormat
+from fullwell.raw.maker import SUFFIXES as MAKER_SUFFIXES
 
-RAW_SUFFIXES: Final = frozenset(
-    {
-        ".dng",
-        ".tif",
-        ".tiff",
-        ".png",
-        ".pgm",
-        ".fits",
-        ".fit",
-        ".fts",
-        ".raw",
-        ".crw",
-        ".cr2",
-        ".cr3",
-        ".nef",
-        ".nrw",
-        ".arw",
-        ".srf",
-        ".sr2",
-        ".rw2",
-        ".raf",
-        ".orf",
-        ".pef",
-        ".srw",
-        ".kdc",
-        ".dcr",
-        ".mrw",
-        ".x3f",
-        ".3fr",
-        ".fff",
-        ".iiq",
-        ".erf",
-        ".mef",
-        ".mos",
-        ".rwl",
-        ".gpr",
-    }
+RAW_SUFFIXES: Final = MAKER_SUFFIXES | frozenset(
+    {".dng", ".fit", ".fits", ".fts", ".gpr", ".npy", ".pgm", ".png", ".raw", ".tif", ".tiff"}
 )
 """Endings of files that are taken for frames; what cannot be read among them is named in a finding."""
 

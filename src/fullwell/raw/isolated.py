@@ -4,10 +4,12 @@ It speaks on its standard pipes: a line of JSON and the file's bytes come in, a 
 """
 
 import json
+import math
 import os
 import signal
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO, Final
 
@@ -49,7 +51,7 @@ def _answer(question: Mapping[str, Any], source: BinaryIO, target: BinaryIO, pri
     data = source.read(question["size"])
     pixels = None
     try:
-        _limit_memory(question["memory"])
+        _set_limits(memory=question["memory"], seconds=question["seconds"])
         found, pixels = TASKS[question["task"]](data, **question["options"])
         _require_no_complaint(printed)
         reply = dict(found)
@@ -81,14 +83,16 @@ def _require_no_complaint(printed: BinaryIO) -> None:
             raise error
 
 
-def _limit_memory(limit: int) -> None:
-    """Have the operating system refuse memory beyond a limit, where it can [byte]."""
+def _set_limits(*, memory: int, seconds: float) -> None:
+    """Have the system refuse memory, and processor time from now on, beyond limits, where it can [byte, s]."""
     try:
         import resource  # noqa: PLC0415 - not on every system
     except ImportError:
         return
-    _soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    resource.setrlimit(resource.RLIMIT_DATA, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
+    limits = ((resource.RLIMIT_DATA, memory), (resource.RLIMIT_CPU, math.ceil(time.process_time() + seconds)))
+    for kind, limit in limits:
+        _soft, hard = resource.getrlimit(kind)
+        resource.setrlimit(kind, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard))
 
 
 if __name__ == "__main__":

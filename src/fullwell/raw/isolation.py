@@ -1,8 +1,9 @@
 """Decoders written in C run in processes of their own: what they may do wrong ends there, and the study goes on.
 
-A process starts when it is first needed, serves one file after another and waits for the next when it has answered;
-as many as there are processors may be at work. It is given a limit of memory and of time for each file, by the
-file's size: one that dies, hangs or asks for more becomes an exception that says so, and is replaced by a new one.
+A process starts when it is first needed, serves some files one after another and waits for the next when it has
+answered; as many as there are processors may be at work. It is given a limit of memory and of processor time for each
+file, by the file's size: one that dies, hangs or asks for more becomes an exception that says so, and is replaced by a
+new one. Where the system cannot limit processor time (Windows), the clock does.
 
 Nothing but ``python -m`` and two pipes is asked of the operating system. The pipes cost about 1 ms a megapixel, a
 small part of what the decoders behind them take.
@@ -11,6 +12,7 @@ small part of what the decoders behind them take.
 import atexit
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -24,11 +26,16 @@ from numpy.typing import NDArray
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 
 _PROGRAM: Final = "fullwell.raw.isolated"
-_BASE_S: Final = 6.0
+_BASE_S: Final = 5.0
 _S_PER_MB: Final = 0.25
+_PATIENCE: Final = 8.0 if hasattr(signal, "SIGXCPU") else 1.0
+"""Seconds by the clock for each second of processor time that a decoder may take: others may use the machine too."""
+_MOST_FILES: Final = 64
+"""Files after which a process is replaced: decoders leak memory where files are damaged."""
 _BASE_BYTES: Final = 320_000_000
 _MEMORY_PER_BYTE: Final = 24
 """Memory a decoder may take for each byte of a file: lossless coding packs 16-bit codes of flat frames 8 to 16 fold."""
+_OUT_OF_TIME: Final = -getattr(signal, "SIGXCPU", 0) or None
 _LONGEST_REPLY: Final = 4_000_000
 _AT_WORK: Final = threading.BoundedSemaphore(max(2, os.cpu_count() or 1))
 _ERRORS: Final = {"unreadable": UnreadableFileError, "unsuitable": UnsuitableFileError}
@@ -71,15 +78,18 @@ def ask(
         except BaseException:
             process.kill()
             raise
-        with _lock:
-            _idle.append(process)
+        if process.files < _MOST_FILES:
+            with _lock:
+                _idle.append(process)
+        else:
+            process.close()
     if "error" in reply:
         raise _error(reply)
     return reply
 
 
 def time_limit_s(size: int) -> float:
-    """Return how long a decoder may take for a file of ``size`` bytes [s]."""
+    """Return how much processor time a decoder may take for a file of ``size`` bytes [s]."""
     return _BASE_S + _S_PER_MB * size / 1e6
 
 
@@ -98,25 +108,28 @@ class _Process:
         )
         self._input = cast("BinaryIO", self._process.stdin)
         self._output = cast("BinaryIO", self._process.stdout)
+        self.files = 0
 
     def ask(
         self, task: str, data: memoryview, out: NDArray[np.uint16] | None, options: Mapping[str, object]
     ) -> dict[str, Any]:
         """Return the reply to one question; whatever goes wrong with the process is an `UnreadableFileError`."""
+        self.files += 1
         limit_s = time_limit_s(len(data))
         late = threading.Event()
-        watch = threading.Timer(limit_s, self._stop, args=[late])
+        watch = threading.Timer(_PATIENCE * limit_s, self._stop, args=[late])
         watch.daemon = True
         watch.start()
         try:
             memory = _BASE_BYTES + _MEMORY_PER_BYTE * len(data)
-            question = {"task": task, "size": len(data), "memory": memory, "options": options}
+            question = {"task": task, "size": len(data), "memory": memory, "seconds": limit_s, "options": options}
             self._input.write(json.dumps(question).encode() + b"\n")
             self._input.write(data)
             self._input.flush()
             return self._reply(out)
         except (OSError, EOFError, ValueError) as error:
-            raise _failed(f"it took more than {limit_s:.0f} s" if late.is_set() else "it crashed") from error
+            too_long = late.is_set() or self._process.wait() == _OUT_OF_TIME
+            raise _failed(f"it took more than {limit_s:.0f} s" if too_long else "it crashed") from error
         finally:
             watch.cancel()
 

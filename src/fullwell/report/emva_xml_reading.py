@@ -23,6 +23,8 @@ _LARGEST: Final = 64 * 2**20
 def read_reference_results(path: Path) -> Results:
     """Return the figures of a result file; what is None or nan there is left out and named in a finding.
 
+    A file that we wrote tells its profile; every other one is the package's own.
+
     Parameters
     ----------
     path
@@ -35,6 +37,7 @@ def read_reference_results(path: Path) -> Results:
 
     """
     root = _root(path)
+    method = root.findtext("toolkit/profile/comment", default=METHOD)
     items = {item.tag.lower(): item for item in ITEMS}
     rows: list[Row] = []
     missing: list[str] = []
@@ -46,7 +49,7 @@ def read_reference_results(path: Path) -> Results:
         if value is None:
             missing.append(item.tag)
         else:
-            rows.append(_row(item, value))
+            rows.append(_row(item, value, method))
     if not rows and not missing:
         raise UsageError(f"{path} holds no figure of the package emva1288 (results, sections, items).")
     return Results(study={"camera": {}}, rows=tuple(rows), findings=tuple(_findings(missing)), curves=())
@@ -88,11 +91,11 @@ def _number(text: str, *, tag: str, path: Path) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _row(item: Item, value: float) -> Row:
+def _row(item: Item, value: float, method: str) -> Row:
     return Row(
         quantity=item.quantity,
         channel=MONO,
-        method=METHOD,
+        method=method,
         measured=Measured.exact(value, item.row_unit),
         flags=(RECOMMENDED,),
         source=SOURCE,

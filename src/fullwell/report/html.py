@@ -14,7 +14,9 @@ from fullwell.findings import Finding, Severity
 from fullwell.raw.cfa import channel_rank
 from fullwell.report.chosen_models import chosen_models
 from fullwell.report.comparison import published_beside
+from fullwell.report.datasheet.contents import Datasheet
 from fullwell.report.document import citations
+from fullwell.report.emva_section import emva_section
 from fullwell.report.inventory import run_date, run_facts, take_inventory
 from fullwell.report.material import isos_of
 from fullwell.report.numbers import MISSING, show, show_exposure, show_interval, show_plain, show_unit
@@ -26,7 +28,7 @@ from fullwell.report.summary import summarize
 MOST_ROWS: Final = 4000
 
 
-def report_html(results: Results, pictures: Pictures | None) -> str:
+def report_html(results: Results, pictures: Pictures | None, *, datasheet: Datasheet | None = None) -> str:
     """Return the report as one page that needs nothing from the network.
 
     Parameters
@@ -35,6 +37,8 @@ def report_html(results: Results, pictures: Pictures | None) -> str:
         Everything the run found.
     pictures
         Arrays shown as pictures; None for a report without them.
+    datasheet
+        The EMVA 1288 datasheet, which becomes the first chapter; None where there is none.
 
     """
     environment = jinja2.Environment(
@@ -59,7 +63,7 @@ def report_html(results: Results, pictures: Pictures | None) -> str:
         topics=_topics(results.findings),
         counts=[(severity.value, _count(results.findings, severity)) for severity in Severity],
         summary=summarize(quotable),
-        sections=build_sections(results, pictures),
+        sections=(*(() if datasheet is None else (emva_section(datasheet),)), *build_sections(results, pictures)),
         published=published_beside(results.rows, chosen_models(results.curves, pictures.shading if pictures else ())),
         rows=[_row(row) for row in shown],
         rows_omitted=len(results.rows) - len(shown),

@@ -45,12 +45,13 @@ class Part:
     tabs: tuple[Tab, ...] = ()
     pivots: tuple[Pivot, ...] = ()
     tables: tuple[WordTable, ...] = ()
+    details: tuple[WordTable, ...] = ()
     missing: str = ""
 
     @property
     def shown(self) -> bool:
         """Tell whether there is anything to see, be it only what is missing."""
-        return any((self.pictures, self.tabs, self.pivots, self.tables, self.missing))
+        return any((self.pictures, self.tabs, self.pivots, self.tables, self.details, self.missing))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import re
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
 import matplotlib as mpl
@@ -257,12 +258,26 @@ def iso_title(iso: float | str | None) -> str:
 
 def vector_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     """Return a drawing as SVG; dense scatters inside it are pixels."""
+    return picture_of(svg_of(figure), alt=alt, caption=caption)
+
+
+def picture_of(drawing: bytes, *, alt: str, caption: str) -> Picture:
+    """Return an SVG as a picture."""
+    encoded = base64.b64encode(drawing).decode("ascii")
+    return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
+
+
+def svg_of(figure: Figure) -> bytes:
+    """Return a drawing as SVG, the same bytes for the same drawing."""
     _settle(figure)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="svg", dpi=140, metadata={"Date": None, "Creator": None})
-    drawing = _SVG_WORDS.sub(b"", buffer.getvalue())
-    encoded = base64.b64encode(drawing).decode("ascii")
-    return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
+    return _SVG_WORDS.sub(b"", buffer.getvalue())
+
+
+def font_folder() -> Path:
+    """Return the folder of the fonts that pictures are set in."""
+    return Path(mpl.get_data_path()) / "fonts" / "ttf"
 
 
 def pixel_picture(figure: Figure, *, alt: str, caption: str, colors: int = 128) -> Picture:

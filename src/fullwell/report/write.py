@@ -8,7 +8,9 @@ from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import holds_document, replaced_folder
 from fullwell.findings import listed
+from fullwell.report.datasheet.build import build_datasheet
 from fullwell.report.document import DOCUMENT, SCHEMA, results_json
+from fullwell.report.emva_xml import FOLDER, reference_files
 from fullwell.report.html import report_html
 from fullwell.report.pictures import Pictures
 from fullwell.report.tables import rows_csv, write_parquet
@@ -23,6 +25,7 @@ OWN: Final = frozenset(
         "tables",
         "maps",
         "demo.json",
+        FOLDER,
         "study",
     }
 )
@@ -93,8 +96,21 @@ def write_results(results: Results, out: Path, *, pictures: Pictures | None = No
 
 
 def write_files(results: Results, folder: Path, *, pictures: Pictures | None = None) -> None:
-    """Write the four files of `write_results` into a folder that is there already."""
+    """Write the files of `write_results` into a folder that is there already.
+
+    Results by a profile of EMVA 1288 get report.pdf, the datasheet, and emva1288.xml, a result file of the reference
+    package.
+    """
+    datasheet = build_datasheet(results)
     (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
     (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
     write_parquet(results.rows, folder / "results.parquet")
-    (folder / "report.html").write_text(report_html(results, pictures), encoding="utf-8", newline="\n")
+    page = report_html(results, pictures, datasheet=datasheet)
+    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+    if datasheet is not None:
+        from fullwell.report.datasheet.pdf import datasheet_pdf  # noqa: PLC0415 - Typst loads for a datasheet alone
+
+        (folder / "report.pdf").write_bytes(datasheet_pdf(datasheet))
+        (folder / FOLDER).mkdir()
+        for name, text in reference_files(results):
+            (folder / FOLDER / name).write_text(text, encoding="utf-8", newline="\n")

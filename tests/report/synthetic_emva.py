@@ -152,10 +152,7 @@ class Camera:
             row("linearity_error", 0.14, "%"),
             row("dark_signal", 64.0, "DN", 0.002),
         ]
-        for name, unit, whole in (("dsnu", "e-", self.dsnu_e**2), ("prnu", "%", (100.0 * self.prnu) ** 2)):
-            for part, share in (("", 1.0), ("_row", -0.001), ("_column", 0.02), ("_pixel", 0.97)):
-                for by, lost in ((method, 0.99), *(((CORRECTED, 1.0),) if method == METHOD else ())):
-                    rows.append(row(f"{name}{part}", whole * share * lost, unit, 0.004 * whole, by=by, twin=True))
+        rows += self._pattern_rows(row, method)
         if self.photons_known:
             rows += [
                 row("quantum_efficiency", 100.0 * self.eta, "%", 0.2),
@@ -165,6 +162,14 @@ class Camera:
                 row("dark_current", 2.22, "e-/s", 0.4),
                 row("dark_current_from_variance", -0.3, "e-/s", 1.1),
             ]
+        return rows
+
+    def _pattern_rows(self, row, method):
+        rows = []
+        for name, unit, whole in (("dsnu", "e-", self.dsnu_e**2), ("prnu", "%", (100.0 * self.prnu) ** 2)):
+            for part, share in (("", 1.0), ("_row", -0.001), ("_column", 0.02), ("_pixel", 0.97)):
+                for by, lost in ((method, 0.99), *(((CORRECTED, 1.0),) if method == METHOD else ())):
+                    rows.append(row(f"{name}{part}", whole * share * lost, unit, 0.004 * whole, by=by, twin=True))
         return rows
 
     def curves(self):

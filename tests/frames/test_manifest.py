@@ -91,12 +91,24 @@ def test_a_file_belongs_to_one_series(tmp_path: Path, make_tiff: MakeFrame) -> N
         read_manifest(written(tmp_path, entry.format("flat") + entry.format("dark")))
 
 
-def test_one_series_has_one_number_of_photons(tmp_path: Path, make_dng: MakeFrame) -> None:
+def test_flats_of_different_photons_are_series_of_their_own(tmp_path: Path, make_dng: MakeFrame) -> None:
     make_dng(tmp_path / "a.dng")
     make_dng(tmp_path / "b.dng")
     entry = '[[series]]\nkind = "flat"\nfiles = ["{}.dng"]\nphotons = {}\n'
-    with pytest.raises(UsageError, match="photons"):
-        load_study(written(tmp_path, entry.format("a", 1) + entry.format("b", 2)), Selection())
+    study = load_study(written(tmp_path, entry.format("a", 1) + entry.format("b", 2)), Selection())
+    assert [series.photons for series in study.series] == [1.0, 2.0]
+
+
+def test_irradiance_gives_photons_by_the_time_of_light(tmp_path: Path, make_dng: MakeFrame) -> None:
+    for name in "abc":
+        make_dng(tmp_path / f"{name}.dng")
+    head = "[camera]\npixel_area_um2 = 11.9\n[light]\nwavelength_nm = 530.0\nirradiance_uw_cm2 = 1.5\n"
+    entry = '[[series]]\nkind = "flat"\nfiles = ["{}.dng"]\nexposure_s = {}\n'
+    series = entry.format("a", 0.002) + entry.format("b", 0.004) + "pulse_s = 0.001\n"
+    series += entry.format("c", 0.004) + "irradiance_uw_cm2 = 3.0\n"
+    study = load_study(written(tmp_path, head + series), Selection())
+    photons = [one.photons for one in study.series]
+    assert photons == pytest.approx([952.504426727, 952.504426727 / 2, 4 * 952.504426727], rel=1e-9)
 
 
 def test_an_untouched_manifest_measures_the_same_frames_as_its_folder(tmp_path: Path, make_dng: MakeFrame) -> None:

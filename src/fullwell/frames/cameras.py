@@ -62,6 +62,7 @@ def combined(first: Camera, second: Camera) -> Camera:
         black_level=_either(first.black_level, second.black_level),
         white_level=_either(first.white_level, second.white_level),
         pixel_pitch_um=_either(first.pixel_pitch_um, second.pixel_pitch_um),
+        pixel_area_um2=_either(first.pixel_area_um2, second.pixel_area_um2),
         voltage_swing_v=_either(first.voltage_swing_v, second.voltage_swing_v),
         base_iso=_either(first.base_iso, second.base_iso),
         focal_length_mm=_either(first.focal_length_mm, second.focal_length_mm),

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
-from fullwell.errors import UsageError
 from fullwell.frames.reading import Reading
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
-from fullwell.frames.series import Kind, Series
+from fullwell.frames.series import Kind, Light, Series
+from fullwell.model.irradiation import photons_per_pixel
 
 
 def group_exposures(exposures_s: Iterable[float]) -> tuple[tuple[float, ...], ...]:
@@ -32,23 +34,79 @@ def group_exposures(exposures_s: Iterable[float]) -> tuple[tuple[float, ...], ..
     return tuple(tuple(group) for group in groups)
 
 
-def group_series(readings: Iterable[Reading]) -> tuple[Series, ...]:
+def group_series(
+    readings: Iterable[Reading], *, light: Light | None = None, area_um2: float | None = None
+) -> tuple[Series, ...]:
     """Group frames into series, sorted by key; a series' exposure is the mean of its frames'.
 
-    Raises
-    ------
-    UsageError
-        Where a manifest gives frames of one series different numbers of photons.
+    Flats under different light, stacks and pairs, and the blocks of a descriptor are series of their own. Photons
+    follow from the irradiance where none are stated.
+
+    Parameters
+    ----------
+    readings
+        The frames.
+    light
+        What flats were taken under.
+    area_um2
+        Area of a pixel [um^2].
 
     """
     ordered = sorted(readings, key=lambda reading: reading.frame.name)
-    families: dict[tuple[Kind, float | None], list[Reading]] = {}
+    families: dict[_Family, list[Reading]] = {}
     for reading in ordered:
-        families.setdefault((reading.kind, reading.frame.header.iso), []).append(reading)
+        families.setdefault(_family(reading), []).append(reading)
     series = [
-        _series(kind, iso, members) for (kind, iso), family in families.items() for members in _by_exposure(family)
+        _illuminated(_series(family, members), family, light=light or Light(), area_um2=area_um2)
+        for family, every in families.items()
+        for members in _by_exposure(every)
     ]
     return tuple(sorted(series, key=lambda one: one.key))
+
+
+class _Family(NamedTuple):
+    kind: Kind
+    iso: float | None
+    photons: float | None
+    irradiance_uw_cm2: float | None
+    pulse_s: float | None
+    stack: bool | None
+    block: int | None
+
+
+def _family(reading: Reading) -> _Family:
+    given, lit = reading.given, reading.kind is Kind.FLAT
+    return _Family(
+        kind=reading.kind,
+        iso=reading.frame.header.iso,
+        photons=given.photons if lit else None,
+        irradiance_uw_cm2=given.irradiance_uw_cm2 if lit else None,
+        pulse_s=given.pulse_s if lit else None,
+        stack=given.stack,
+        block=given.block,
+    )
+
+
+def _illuminated(series: Series, family: _Family, *, light: Light, area_um2: float | None) -> Series:
+    """Return a series with the photons that follow from the irradiance, if all is known that they need."""
+    irradiance_uw_cm2 = light.irradiance_uw_cm2 if family.irradiance_uw_cm2 is None else family.irradiance_uw_cm2
+    lit_s = family.pulse_s or series.exposure_s
+    if (
+        series.kind is not Kind.FLAT
+        or series.photons is not None
+        or irradiance_uw_cm2 is None
+        or lit_s is None
+        or light.wavelength_nm is None
+        or area_um2 is None
+    ):
+        return series
+    photons = photons_per_pixel(
+        area_um2=area_um2,
+        exposure_s=lit_s,
+        wavelength_nm=light.wavelength_nm,
+        irradiance_uw_cm2=irradiance_uw_cm2,
+    )
+    return replace(series, photons=photons)
 
 
 def mean(values: Sequence[float]) -> float:
@@ -72,26 +130,16 @@ def _within(exposure_s: float | None, group: tuple[float, ...]) -> bool:
     return exposure_s is not None and group[0] <= exposure_s <= group[-1]
 
 
-def _series(kind: Kind, iso: float | None, members: Sequence[Reading]) -> Series:
+def _series(family: _Family, members: Sequence[Reading]) -> Series:
     headers = [member.frame.header for member in members]
     exposures = [header.exposure_s for header in headers if header.exposure_s is not None]
     temperatures = [header.temperature_c for header in headers if header.temperature_c is not None]
-    photons = {member.photons for member in members}
-    if len(photons) > 1:
-        raise UsageError(
-            f"Frames of one {kind.value} series (ISO {_said(iso)}, {exposures[0] if exposures else 'unknown'} s) are "
-            f"given different photons: {', '.join(sorted(_said(one) for one in photons))}. One series has "
-            "one exposure and one number of photons; give each its own exposure_s."
-        )
     return Series(
-        kind=kind,
-        iso=iso,
+        kind=family.kind,
+        iso=family.iso,
         exposure_s=mean(exposures) if exposures else None,
         temperature_c=mean(temperatures) if temperatures else None,
-        photons=photons.pop(),
+        photons=family.photons,
+        stack=family.stack,
         frames=tuple(member.frame for member in members),
     )
-
-
-def _said(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:g}"

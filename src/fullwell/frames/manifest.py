@@ -8,72 +8,19 @@ same as the folder.
 import glob
 import json
 import os
-import tomllib
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Final, Literal, TypeVar
-
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+from typing import Final
 
 from fullwell.errors import UsageError
-from fullwell.frames.series import CONTAINER_BITS, HIGHEST_CODE, Camera, Kind, Series, Study
+from fullwell.frames.manifest_tables import CameraFile, ManifestTables, toml_value, validated
+from fullwell.frames.series import CONTAINER_BITS, Camera, Kind, Light, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
 from fullwell.raw.headerless_format import HeaderlessFormat, format_from, format_lines
 from fullwell.raw.image import Levels
 
 MANIFEST_NAME: Final = "study.toml"
-
-_Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-_Number = Annotated[float, Field(allow_inf_nan=False)]
-_Level = Annotated[float, Field(ge=0.0, le=HIGHEST_CODE)]
-_Levels = Annotated[list[_Level], Field(min_length=1, max_length=4)]
-_Table = TypeVar("_Table", bound=BaseModel)
-
-
-def _form(value: object) -> str:
-    return "sites" if isinstance(value, list) else "level"
-
-
-_Black = Annotated[Annotated[_Level, Tag("level")] | Annotated[_Levels, Tag("sites")], Discriminator(_form)]
-
-
-class _CameraTable(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    name: str | None = None
-    bit_depth: Annotated[int, Field(ge=1, le=16)] | None = None
-    cfa: Literal["RGGB", "GRBG", "GBRG", "BGGR", "mono"] | None = None
-    black_level: _Black | None = None
-    white_level: Annotated[float, Field(ge=1.0, le=HIGHEST_CODE)] | None = None
-    pixel_pitch_um: _Positive | None = None
-    voltage_swing_v: _Positive | None = None
-    base_iso: _Positive | None = None
-    focal_length_mm: _Positive | None = None
-
-
-class _SeriesTable(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    kind: Literal["flat", "dark", "bias", "chart", "scene"]
-    files: Annotated[list[str], Field(min_length=1)]
-    exposure_s: _Positive | None = None
-    iso: _Positive | None = None
-    photons: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] | None = None
-    temperature_c: _Number | None = None
-
-
-class _Manifest(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    camera: _CameraTable = _CameraTable()
-    headerless: dict[str, int | str] | None = None
-    series: Annotated[list[_SeriesTable], Field(min_length=1)]
-
-
-class _CameraFile(BaseModel):
-    model_config = ConfigDict(extra="ignore", strict=True)
-
-    camera: _CameraTable
 
 
 def read_manifest(path: Path) -> Source:
@@ -91,14 +38,12 @@ def read_manifest(path: Path) -> Source:
         where a file is listed in two series.
 
     """
-    manifest = _validated(_Manifest, path)
+    manifest = validated(ManifestTables, path)
     root = path.parent
     candidates: list[Candidate] = []
     listed: dict[str, int] = {}
     for number, table in enumerate(manifest.series, start=1):
-        given = Given(
-            iso=table.iso, exposure_s=table.exposure_s, temperature_c=table.temperature_c, photons=table.photons
-        )
+        given = Given(**table.model_dump(exclude={"kind", "files"}))
         for name in _matches(table.files, root=root, where=f"{path}: series[{number}].files"):
             if name in listed:
                 raise UsageError(
@@ -111,9 +56,10 @@ def read_manifest(path: Path) -> Source:
     stated = manifest.headerless
     return Source(
         root=root,
-        camera=_camera(manifest.camera),
+        camera=manifest.camera.camera,
         candidates=tuple(ordered),
         headerless=None if stated is None else format_from(stated, where=f"{path}: [headerless]"),
+        light=manifest.light.light,
     )
 
 
@@ -126,61 +72,7 @@ def read_camera(path: Path) -> Camera:
         Where the file has none, or it says something that is not allowed.
 
     """
-    return _camera(_validated(_CameraFile, path).camera)
-
-
-def _validated(model: type[_Table], path: Path) -> _Table:
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UsageError(f"Cannot read {path}: {error.strerror}.") from error
-    except ValueError as error:
-        raise UsageError(f"{path} is not valid TOML: {error}.") from error
-    try:
-        return model.model_validate(document)
-    except ValidationError as error:
-        sentences = [_sentence(one["loc"], one["msg"], one["input"], one["type"]) for one in error.errors()]
-        unique = list(dict.fromkeys(sentences))
-        raise UsageError(f"{path}: " + " ".join(unique)) from error
-
-
-def _sentence(loc: Sequence[int | str], message: str, value: object, reason: str) -> str:
-    """Say what is wrong with one key; lists are counted from 1, as people do."""
-    key = ""
-    for part in loc:
-        if isinstance(part, int):
-            key += f"[{part + 1}]"
-        elif part not in {"level", "sites"}:
-            key += f".{part}" if key else part
-    if reason == "missing":
-        return f"{key} is missing."
-    if reason == "extra_forbidden":
-        return f"{key} is not a key of the manifest; {_allowed_keys(loc)}."
-    wish = message.removeprefix("Input should be ").removeprefix("a valid ")
-    return f"{key} = {_toml(value)} is not allowed: it should be {wish}."
-
-
-def _allowed_keys(loc: Sequence[int | str]) -> str:
-    if loc[0] == "camera" and len(loc) > 1:
-        return "[camera] knows " + ", ".join(_CameraTable.model_fields)
-    if loc[0] == "series" and len(loc) > 2:
-        return "[[series]] knows " + ", ".join(_SeriesTable.model_fields)
-    return "it knows the tables [camera], [headerless] and [[series]]"
-
-
-def _camera(table: _CameraTable) -> Camera:
-    levels = table.black_level
-    return Camera(
-        name=table.name,
-        bit_depth=table.bit_depth,
-        cfa=table.cfa,
-        black_level=None if levels is None else tuple(levels) if isinstance(levels, list) else (levels,),
-        white_level=table.white_level,
-        pixel_pitch_um=table.pixel_pitch_um,
-        voltage_swing_v=table.voltage_swing_v,
-        base_iso=table.base_iso,
-        focal_length_mm=table.focal_length_mm,
-    )
+    return validated(CameraFile, path).camera.camera
 
 
 def _matches(patterns: Sequence[str], *, root: Path, where: str) -> list[str]:
@@ -188,22 +80,13 @@ def _matches(patterns: Sequence[str], *, root: Path, where: str) -> list[str]:
     names: set[str] = set()
     for pattern in patterns:
         if not pattern or Path(pattern).is_absolute():
-            raise UsageError(f"{where}: {_toml(pattern)} must be a path relative to the manifest.")
+            raise UsageError(f"{where}: {toml_value(pattern)} must be a path relative to the manifest.")
         literal = root / pattern
         found = [literal] if literal.is_file() else [path for path in root.glob(pattern) if path.is_file()]
         if not found:
-            raise UsageError(f"{where}: {_toml(pattern)} matches no file below {root}.")
+            raise UsageError(f"{where}: {toml_value(pattern)} matches no file below {root}.")
         names |= {Path(os.path.relpath(path, root)).as_posix() for path in found}
     return sorted(names)
-
-
-def _toml(value: object) -> str:
-    """Write a value as TOML does, for messages."""
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(value)
 
 
 def write_manifest(study: Study, *, folder: Path | None = None) -> str:
@@ -226,6 +109,7 @@ def write_manifest(study: Study, *, folder: Path | None = None) -> str:
         "",
         "[camera]",
         *_camera_lines(study),
+        *_light_lines(study.light),
         *_headerless_lines(study),
     ]
     for series in study.series:
@@ -245,9 +129,19 @@ def _camera_lines(study: Study) -> Iterator[str]:
     yield _level_line("black_level", study.black_level)
     yield _level_line("white_level", study.white_level)
     yield _line("pixel_pitch_um", camera.pixel_pitch_um, example="2.74")
+    if camera.pixel_area_um2 is not None:
+        yield _line("pixel_area_um2", camera.pixel_area_um2)
     yield _line("voltage_swing_v", camera.voltage_swing_v, example="0.459")
     yield _line("base_iso", camera.base_iso, example="100")
     yield _line("focal_length_mm", camera.focal_length_mm, example="4.38")
+
+
+def _light_lines(light: Light) -> Iterator[str]:
+    if light != Light():
+        yield from ("", "[light]")
+        for name, value in asdict(light).items():
+            if value is not None:
+                yield f"{name} = {str(value).lower()}" if isinstance(value, bool) else _line(name, value)
 
 
 def _headerless_lines(study: Study) -> list[str]:
@@ -281,6 +175,8 @@ def _series_lines(series: Series, *, base: Path, inside: str) -> Iterator[str]:
     yield _line("iso", series.iso, example="100")
     if series.photons is not None:
         yield _line("photons", series.photons)
+    if series.stack is not None:
+        yield f"stack = {str(series.stack).lower()}"
     yield _line("temperature_c", series.temperature_c, example="20.0")
 
 

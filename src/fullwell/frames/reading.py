@@ -16,7 +16,7 @@ from fullwell.frames.naming import exposure_in_path, iso_in_path
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
 from fullwell.frames.series import CONTAINER_BITS, Camera, Exclusion, Frame, Kind
 from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
-from fullwell.frames.source import Candidate
+from fullwell.frames.source import Candidate, Given
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import Levels, RawHeader
 from fullwell.raw.open import read_headers
@@ -31,8 +31,8 @@ class Reading:
     frame
         Its header holds the resolved ISO, exposure, temperature and CFA, and the levels the file (or its sidecar)
         declares.
-    photons
-        Mean photons per pixel from the manifest.
+    given
+        What the manifest or the descriptor states.
     bit_depth
         From the camera, the sidecar or the file, in this order [bit].
     bit_depth_known
@@ -48,7 +48,7 @@ class Reading:
 
     kind: Kind
     frame: Frame
-    photons: float | None
+    given: Given
     bit_depth: int
     bit_depth_known: bool
     own_cfa: str | None
@@ -160,7 +160,7 @@ def _outcome(
         frame=Frame(
             name=name, header=resolved, size=size if header.extent is None else header.extent.stop - header.extent.start
         ),
-        photons=candidate.given.photons,
+        given=candidate.given,
         bit_depth=depth,
         bit_depth_known=known,
         own_cfa=header.cfa,

@@ -1,6 +1,6 @@
 """An experiment: frames of one kind, ISO and exposure are a series; series are a study."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import Final
@@ -14,8 +14,8 @@ CONTAINER_BITS: Final = 16
 HIGHEST_CODE: Final = 2**CONTAINER_BITS - 1
 """No level lies above it [DN]."""
 
-SeriesKey = tuple[str, float, float]
-"""Kind, ISO and exposure: what identifies and orders a series within a study."""
+SeriesKey = tuple[str, float, float, float, bool]
+"""Kind, ISO, exposure, photons, stack: what identifies and orders a series within a study."""
 
 
 class Kind(StrEnum):
@@ -64,6 +64,9 @@ class Series:
         Mean photons per pixel, where calibrated.
     frames
         Sorted by name.
+    stack
+        True for a stack of frames that shows the fixed pattern, False for a pair that shows the temporal noise, as
+        EMVA 1288 keeps them apart; None for frames that serve as both.
 
     """
 
@@ -73,11 +76,12 @@ class Series:
     frames: tuple[Frame, ...]
     temperature_c: float | None = None
     photons: float | None = None
+    stack: bool | None = None
 
     @property
     def key(self) -> SeriesKey:
         """Return what identifies and orders the series within a study."""
-        return (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0)
+        return (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0, self.photons or 0.0, self.stack or False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +90,8 @@ class Camera:
 
     Parameters
     ----------
+    pixel_area_um2
+        Area of a pixel; None is the square of the pitch [um^2].
     voltage_swing_v
         Voltage at the white level [V].
     base_iso
@@ -99,9 +105,47 @@ class Camera:
     black_level: tuple[float, ...] | None = None
     white_level: float | None = None
     pixel_pitch_um: float | None = None
+    pixel_area_um2: float | None = None
     voltage_swing_v: float | None = None
     base_iso: float | None = None
     focal_length_mm: float | None = None
+
+    @property
+    def area_um2(self) -> float | None:
+        """Return the area of a pixel, None where nothing tells it [um^2]."""
+        if self.pixel_area_um2 is not None or self.pixel_pitch_um is None:
+            return self.pixel_area_um2
+        return self.pixel_pitch_um**2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Light:
+    """The light that flats were taken under, as far as it is known.
+
+    Parameters
+    ----------
+    wavelength_nm, fwhm_nm
+        Centroid and full width at half maximum of the spectrum [nm].
+    irradiance_uw_cm2
+        At the sensor [uW/cm^2].
+    nonuniformity_percent
+        Largest minus smallest irradiance over the sensor, over the mean [%].
+    calibration_error_percent
+        Of the absolute calibration of the irradiance, one standard error [%].
+    control
+        What the sweep varies: ``time``, ``light`` or ``pulse``; None where it shows in the series.
+    nominal
+        True where photons are nominal: proportional to the exposure, but not calibrated.
+
+    """
+
+    wavelength_nm: float | None = None
+    fwhm_nm: float | None = None
+    irradiance_uw_cm2: float | None = None
+    nonuniformity_percent: float | None = None
+    calibration_error_percent: float | None = None
+    control: str | None = None
+    nominal: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,6 +178,10 @@ class Study:
         Files that were left out, each with its reason.
     findings
         What indexing brought to light.
+    light
+        What flats were taken under.
+    descriptor
+        Whether the study is an EMVA 1288 descriptor's.
 
     """
 
@@ -148,6 +196,8 @@ class Study:
     white_level: Levels | None
     excluded: tuple[Exclusion, ...] = ()
     findings: tuple[Finding, ...] = ()
+    light: Light = field(default_factory=Light)
+    descriptor: bool = False
 
     @property
     def isos(self) -> tuple[float | None, ...]:
@@ -157,4 +207,4 @@ class Study:
     def select(self, *kinds: Kind, iso: float | None) -> tuple[Series, ...]:
         """Return the series of some kinds at one ISO, by ascending exposure."""
         chosen = [series for series in self.series if series.kind in kinds and series.iso == iso]
-        return tuple(sorted(chosen, key=lambda series: (series.exposure_s or 0.0, series.kind.value)))
+        return tuple(sorted(chosen, key=lambda series: (series.exposure_s or 0.0, series.key)))

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.findings import Finding
-from fullwell.frames.series import Camera, Kind
+from fullwell.frames.series import Camera, Kind, Light
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.maker import SUFFIXES as MAKER_SUFFIXES
 
@@ -74,6 +74,14 @@ class Given:
         As in `Series` [-, s, degree Celsius].
     photons
         Mean photons per pixel.
+    irradiance_uw_cm2
+        At the sensor, where no photons are stated [uW/cm^2].
+    pulse_s
+        Length of the pulse of light, where it is not the exposure [s].
+    stack
+        As in `Series`.
+    block
+        Frames of different blocks belong to different series, however close their exposures; None leaves it to them.
 
     """
 
@@ -81,6 +89,10 @@ class Given:
     exposure_s: float | None = None
     temperature_c: float | None = None
     photons: float | None = None
+    irradiance_uw_cm2: float | None = None
+    pulse_s: float | None = None
+    stack: bool | None = None
+    block: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,6 +128,10 @@ class Source:
         What the search brought to light.
     headerless
         How the manifest says files without a header are stored.
+    light
+        What flats were taken under.
+    descriptor
+        Whether an EMVA 1288 descriptor names the files: they are monochrome unless something else is said.
 
     """
 
@@ -124,3 +140,5 @@ class Source:
     candidates: tuple[Candidate, ...]
     findings: tuple[Finding, ...] = ()
     headerless: HeaderlessFormat | None = None
+    light: Light = field(default_factory=Light)
+    descriptor: bool = False

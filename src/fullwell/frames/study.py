@@ -9,6 +9,7 @@ from fullwell.errors import UsageError
 from fullwell.frames.cameras import combined
 from fullwell.frames.checks import exclusion_findings, keep_uniform, merged, study_findings
 from fullwell.frames.crop import cropped
+from fullwell.frames.descriptor import is_descriptor, read_descriptor
 from fullwell.frames.discovery import discover
 from fullwell.frames.facts import fact_findings
 from fullwell.frames.grouping import group_series
@@ -28,7 +29,8 @@ def load_study(path: Path, selection: Selection) -> Study:
     Parameters
     ----------
     path
-        A folder with one subfolder per kind of capture, a folder that holds ``study.toml``, or a manifest.
+        A folder with one subfolder per kind of capture, a folder that holds ``study.toml``, a manifest, or an EMVA 1288
+        descriptor.
     selection
         Which part of it to use, and facts that outrank the files' own.
 
@@ -77,6 +79,8 @@ def index_source(source: Source, *, path: Path, selection: Selection) -> Study:
     if not readings:
         raise UsageError(_none_usable(path, unreadable))
     chosen = _chosen(readings, selection=selection, path=path)
+    if source.descriptor:
+        chosen = tuple(_monochrome(one) for one in chosen)
     known, unknown = _known_cfa(chosen, path=path)
     kept, differing = keep_uniform(known)
     excluded = tuple(sorted((*unreadable, *unknown, *differing), key=lambda one: (one.name, one.code)))
@@ -110,9 +114,11 @@ def source_of(path: Path, *, headerless: bool = False) -> Source:
         )
     if path.suffix.lower() == ".toml":
         return read_manifest(path)
+    if is_descriptor(path):
+        return read_descriptor(path)
     raise UsageError(
         f"{path} is a single file, not a study. Give the folder that holds the capture folders (dark, flat, bias ...), "
-        "or a study.toml; `fullwell inspect` tells what a single raw file is."
+        "a study.toml or an EMVA 1288 descriptor; `fullwell inspect` tells what a single raw file is."
     )
 
 
@@ -128,6 +134,12 @@ def _chosen(readings: Sequence[Reading], *, selection: Selection, path: Path) ->
             f"{_few(exposures)} s."
         )
     return chosen
+
+
+def _monochrome(reading: Reading) -> Reading:
+    """Return a frame of a descriptor, which is monochrome where nothing says its colour-filter array."""
+    header = reading.frame.header
+    return reading if header.cfa else replace(reading, frame=replace(reading.frame, header=replace(header, cfa=MONO)))
 
 
 def _few(values: Sequence[float]) -> str:
@@ -169,7 +181,7 @@ def _assembled(
     camera: Camera,
     selection: Selection,
 ) -> Study:
-    series = group_series(kept)
+    series = group_series(kept, light=source.light, area_um2=camera.area_um2)
     depths = Counter(one.bit_depth for one in kept)
     bit_depth = min(depths, key=lambda depth: (-depths[depth], depth))
     header = kept[0].frame.header
@@ -200,6 +212,8 @@ def _assembled(
         white_level=white,
         excluded=excluded,
         findings=merged(findings),
+        light=source.light,
+        descriptor=source.descriptor,
     )
 
 

@@ -8,6 +8,7 @@ from fullwell.statistics.batch import Accumulator, Batch
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
+from fullwell.statistics.pairs import PairStatistics, pairs_of
 from fullwell.statistics.series import SeriesStatistics
 
 
@@ -31,6 +32,7 @@ class Accumulation:
         self.unlit = unlit
         self.moments = Moments(layout, every_histogram=unlit)
         self.bursts: tuple[BurstSums, ...] | None = None
+        self.pairs: tuple[PairStatistics, ...] | None = None
 
     @property
     def _accumulators(self) -> tuple[Accumulator, ...]:
@@ -46,6 +48,7 @@ class Accumulation:
         self.unlit = unlit
         self.moments.clear(every_histogram=unlit)
         self.bursts = None
+        self.pairs = None
 
     def add(self, batch: Batch, *, first_band: int = 0) -> None:
         """Add frames.
@@ -68,6 +71,11 @@ class Accumulation:
         for addition in additions:
             addition.commit()
 
+    def look_at_pair(self, batch: Batch) -> None:
+        """Keep what the first two frames of a batch tell together, where that of none is kept yet."""
+        if self.pairs is None and len(batch.names) > 1:
+            self.pairs = pairs_of(batch.stack, (0, 1), self.layout)
+
     def close_burst(self) -> None:
         """Keep the sums of the first five frames, where these are all that was added so far."""
         if len(self.names) == LEGACY_FRAMES:
@@ -86,7 +94,8 @@ class Accumulation:
             raise ValueError("a series has one first burst")
         self.moments.merge(other.moments)
         self.bursts = self.bursts or other.bursts
+        self.pairs = self.pairs or other.pairs
 
     def finish(self) -> SeriesStatistics:
         """Return the numbers of the series, which holds at least one frame."""
-        return finalize(self.moments, bursts=self.bursts)
+        return finalize(self.moments, bursts=self.bursts, pairs=self.pairs)

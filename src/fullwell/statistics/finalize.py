@@ -1,6 +1,7 @@
 """Moments become the numbers of a series; see `statistics.series` for what each of them means."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,19 @@ from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
 from fullwell.statistics.exact import sum_of_squares
 from fullwell.statistics.median import BINS, SpreadHistogram, shift_for
 from fullwell.statistics.moments import Moments
+from fullwell.statistics.pairs import PairStatistics
 from fullwell.statistics.series import Histogram, PlaneStatistics, SeriesStatistics, TileStatistics
 from fullwell.statistics.tiles import SURFACE_TERMS, TileSums, sweep
 
 _NAN = float("nan")
 
 
-def finalize(moments: Moments, *, bursts: Sequence[BurstSums] | None = None) -> SeriesStatistics:
+def finalize(
+    moments: Moments,
+    *,
+    bursts: Sequence[BurstSums] | None = None,
+    pairs: Sequence[PairStatistics] | None = None,
+) -> SeriesStatistics:
     """Return the statistics of a series.
 
     Parameters
@@ -28,6 +35,8 @@ def finalize(moments: Moments, *, bursts: Sequence[BurstSums] | None = None) -> 
     bursts
         Sums of the first five frames by name, one per plane (`burst.burst_sums`); needed only where the series has
         more frames than that, and the legacy statistics are None where they are missing then.
+    pairs
+        The first two frames of each plane, where somebody wants to know of them.
 
     """
     names, layout = moments.names, moments.layout
@@ -43,7 +52,8 @@ def finalize(moments: Moments, *, bursts: Sequence[BurstSums] | None = None) -> 
     for site, sums in enumerate(tiles):
         spread = SpreadHistogram(counts=counts[site], shift=shift)
         median = spread.median(maps, (*divmod(site, layout.cell), layout.cell)) if len(names) > 1 else _NAN
-        planes.append(_plane(moments, site, sums, median=median, burst=bursts[site] if bursts else None))
+        plane = _plane(moments, site, sums, median=median, burst=bursts[site] if bursts else None)
+        planes.append(replace(plane, pair=pairs[site]) if pairs else plane)
     whole = sum(bursts[1:], start=bursts[0]) if bursts else None
     return SeriesStatistics(frames=names, planes=tuple(planes), legacy=whole.legacy() if whole else None)
 

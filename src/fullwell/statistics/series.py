@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.statistics.pairs import PairStatistics
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanSquares:
@@ -137,6 +139,8 @@ class PlaneStatistics:
         All frames for dark and bias series; the first frame by name for the others.
     legacy
         First five frames; None for a single frame.
+    pair
+        First two frames; None where nobody asked for them.
 
     """
 
@@ -154,6 +158,7 @@ class PlaneStatistics:
     tiles: TileStatistics
     histogram: Histogram
     legacy: LegacyBurst | None
+    pair: PairStatistics | None = None
 
     @property
     def n(self) -> int:

@@ -1,0 +1,96 @@
+"""What two consecutive frames tell of one plane: temporal variance and fixed pattern, apart (EMVA1288 2)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.kernels.high_pass import pair_sums
+from fullwell.kernels.moments import Stack
+from fullwell.statistics.high_pass import SMALLEST_PLANE, filtered_covariance
+from fullwell.statistics.moments import Layout
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairStatistics:
+    """Two frames of one plane, with divisor M·N throughout.
+
+    Parameters
+    ----------
+    n
+        Pixels.
+    means
+        Of the two frames, the first by name first [DN].
+    temporal_variance
+        Half the variance of the difference, (18): the difference of the means is no noise [DN^2].
+    spatial_variance
+        Covariance of the frames, (32), signed [DN^2].
+    filtered_variance
+        The same of the frames after the high-pass filter; None where the plane is too small for it [DN^2].
+
+    """
+
+    n: int
+    means: tuple[float, float]
+    temporal_variance: float
+    spatial_variance: float
+    filtered_variance: float | None
+
+    @property
+    def mean(self) -> float:
+        """Return the mean of both frames, (16) [DN]."""
+        return (self.means[0] + self.means[1]) / 2.0
+
+    @property
+    def mean_difference(self) -> float:
+        """Return the mean of the first less that of the second [DN]."""
+        return self.means[0] - self.means[1]
+
+
+def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> PairStatistics:
+    """Return what two frames of a plane tell.
+
+    Examples
+    --------
+    >>> first = np.array([[10, 12, 11], [13, 10, 10]], np.uint16)
+    >>> pair = pair_of(first, np.array([[11, 13, 11], [13, 12, 12]], np.uint16))
+    >>> pair.means, round(pair.temporal_variance, 12), round(pair.spatial_variance, 12)
+    ((11.0, 12.0), 0.333333333333, 0.666666666667)
+
+    """
+    a, b = np.ascontiguousarray(first), np.ascontiguousarray(second)
+    sums = np.zeros(4, np.int64)
+    pair_sums(a, b, sums)
+    total_a, total_b, squares, products = sums.tolist()
+    n = a.size
+    return PairStatistics(
+        n=n,
+        means=(total_a / n, total_b / n),
+        temporal_variance=(squares * n - (total_a - total_b) ** 2) / (2 * n * n),
+        spatial_variance=(products * n - total_a * total_b) / (n * n),
+        filtered_variance=filtered_covariance(a, b) if min(a.shape) >= SMALLEST_PLANE else None,
+    )
+
+
+def pairs_of(stack: Stack, places: Sequence[int], layout: Layout) -> tuple[PairStatistics, ...]:
+    """Return what two frames of a stack tell of each plane.
+
+    Parameters
+    ----------
+    stack
+        Frames in memory.
+    places
+        Which two, by their place in the stack.
+    layout
+        Planes of the mosaic.
+
+    """
+    pixels, shape = layout.height * layout.width, (layout.height, layout.width)
+    starts = (int(stack.starts[place]) for place in places)
+    first, second = (stack.codes[start : start + pixels].reshape(shape) for start in starts)
+    sites = (divmod(site, layout.cell) for site in range(layout.sites))
+    return tuple(
+        pair_of(first[row :: layout.cell, column :: layout.cell], second[row :: layout.cell, column :: layout.cell])
+        for row, column in sites
+    )

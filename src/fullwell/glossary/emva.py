@@ -121,6 +121,15 @@ _SENSITIVITY: Final = (
         source="EMVA1288 (50)",
     ),
     Quantity(
+        name="system_gain_regression_error",
+        title="One sigma of the system gain's regression",
+        symbol="σ(K)/K",
+        units=("%",),
+        definition="Standard deviation of the photon-transfer slope from its residuals, all taken as equal, over K.",
+        equation="√[Σr²/(n − 2)/Σ(S − S̄)²]/K",
+        source="EMVA1288 10.2",
+    ),
+    Quantity(
         name="system_gain_deviation",
         title="Deviation from one system gain",
         symbol="mean|K_i − K|/K",

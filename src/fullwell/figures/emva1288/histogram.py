@@ -1,0 +1,76 @@
+"""Logarithmic and accumulated histograms of averaged stacks: defects stand out (EMVA1288 7.8, 7.9)."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.figures.emva1288.sweep import Floats
+
+MOST_BINS: Final = 256
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StackHistogram:
+    """Pixels by their value.
+
+    Parameters
+    ----------
+    centres
+        Of the bins [DN].
+    counts
+        Pixels in each.
+    width
+        Of a bin [DN].
+
+    """
+
+    centres: Floats
+    counts: NDArray[np.int64]
+    width: float
+
+
+def stack_histogram(values: Floats, *, frames: int, lowest: float | None = None) -> StackHistogram:
+    """Count the values of an average of ``frames`` frames, (73) to (75).
+
+    Parameters
+    ----------
+    values
+        Of any shape [DN].
+    frames
+        L: bins are a whole number of steps of 1/L wide, at most 256 of them.
+    lowest
+        Where the first bin begins; None is the lowest value [DN].
+
+    Examples
+    --------
+    >>> found = stack_histogram(np.array([0, 0.25, 0.25, 0.5, 0.75, 1, 1, 1.25, 2, 130]), frames=4)
+    >>> found.counts.size, found.centres[:2].tolist(), found.width
+    (174, [0.25, 1.0], 0.75)
+
+    """
+    first = float(values.min()) if lowest is None else lowest
+    span = frames * (float(values.max()) - first)
+    step = math.floor(span / MOST_BINS) + 1
+    bins = math.floor(span / step) + 1
+    places = np.floor((values.reshape(-1) - first) * (frames / step)).astype(np.int64)
+    counts = np.bincount(np.clip(places, 0, bins - 1), minlength=bins)
+    centres = first + (step - 1) / (2.0 * frames) + np.arange(bins, dtype=np.float64) * (step / frames)
+    return StackHistogram(centres=centres, counts=counts, width=step / frames)
+
+
+def normal_counts(histogram: StackHistogram, *, mean: float, variance: float) -> Floats:
+    """Return what a normal of the same variance would have in each bin, (76)."""
+    n = int(histogram.counts.sum())
+    if variance <= 0.0:
+        return np.zeros_like(histogram.centres)
+    height = histogram.width * n / math.sqrt(2.0 * math.pi * variance)
+    return height * np.exp(-((histogram.centres - mean) ** 2) / (2.0 * variance))
+
+
+def accumulated(values: Floats, *, frames: int) -> StackHistogram:
+    """Return how many pixels deviate from the mean by at least each bin's value, (77) to (81)."""
+    found = stack_histogram(np.abs(values - values.mean()), frames=frames, lowest=0.0)
+    return StackHistogram(centres=found.centres, counts=np.cumsum(found.counts[::-1])[::-1], width=found.width)

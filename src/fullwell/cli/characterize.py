@@ -20,6 +20,7 @@ from fullwell.cli.options import (
     LegacyBlack,
     Only,
     Out,
+    Profile,
     Quiet,
     Tile,
     Verbose,
@@ -36,11 +37,17 @@ if TYPE_CHECKING:
 
     from fullwell.figures.results import Results
     from fullwell.findings import Finding
+    from fullwell.frames.selection import Selection
     from fullwell.workflow.options import Options
 
 
 def characterize(
-    path: Annotated[Path, typer.Argument(parser=path_from, metavar="PATH", help="A study folder, or a study.toml.")],
+    path: Annotated[
+        Path,
+        typer.Argument(
+            parser=path_from, metavar="PATH", help="A study folder, a study.toml, or an EMVA 1288 descriptor."
+        ),
+    ],
     *,
     out: Out = None,
     iso: Isos = None,
@@ -53,6 +60,7 @@ def characterize(
     black: Black = None,
     white: White = None,
     camera: CameraFacts = None,
+    profile: Profile = None,
     legacy_black: LegacyBlack = "kept",
     workers: Workers = None,
     dry_run: DryRun = False,
@@ -63,8 +71,7 @@ def characterize(
 ) -> None:
     """Measure a sensor."""
     with guarded(verbose=verbose):
-        from fullwell.cli.parsing import legacy_black_from, selection_from, tile_from  # noqa: PLC0415 - heavy, `--help` does not need it
-        from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
+        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
 
         selection = selection_from(
             isos=iso,
@@ -77,17 +84,28 @@ def characterize(
             crop=crop,
             headerless=headerless,
         )
-        options = Options(
-            selection=selection,
-            tile=tile_from(tile),
-            workers=workers or os.cpu_count() or 1,
-            legacy_black_subtracted=legacy_black_from(legacy_black),
-        )
+        options = _options(selection, tile=tile, workers=workers, profile=profile, legacy_black=legacy_black)
         if dry_run:
             findings = _show_plan(path, options, as_json=as_json)
         else:
             findings = _measure(path, out, options, as_json=as_json, quiet=quiet)
         raise typer.Exit(status_of(findings))
+
+
+def _options(
+    selection: "Selection", *, tile: int | None, workers: int | None, profile: str | None, legacy_black: str
+) -> "Options":
+    from fullwell.cli.parsing import legacy_black_from, tile_from  # noqa: PLC0415 - as above
+    from fullwell.workflow.measure.emva.measure import profile_named  # noqa: PLC0415 - as above
+    from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
+
+    return Options(
+        selection=selection,
+        tile=tile_from(tile),
+        workers=workers or os.cpu_count() or 1,
+        profile=None if profile is None else profile_named(profile),
+        legacy_black_subtracted=legacy_black_from(legacy_black),
+    )
 
 
 def _show_plan(path: Path, options: "Options", *, as_json: bool) -> "Sequence[Finding]":

@@ -81,6 +81,14 @@ LegacyBlack = Annotated[
         help="Black level in the tables of the published study: kept, as published, or subtracted first.",
     ),
 ]
+Profile = Annotated[
+    str | None,
+    typer.Option(
+        "--profile",
+        metavar="ID",
+        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, or emva1288-py-1.0 for the figures of that package.",
+    ),
+]
 Workers = Annotated[
     int | None,
     typer.Option("--workers", min=1, metavar="N", help="Threads; all cores by default. Results never differ."),

@@ -14,8 +14,8 @@ CONTAINER_BITS: Final = 16
 HIGHEST_CODE: Final = 2**CONTAINER_BITS - 1
 """No level lies above it [DN]."""
 
-SeriesKey = tuple[str, float, float, float, bool]
-"""Kind, ISO, exposure, photons, stack: what identifies and orders a series within a study."""
+SeriesKey = tuple[str, float, float] | tuple[str, float, float, float, bool]
+"""Kind, ISO, exposure, then photons and stack where they are known: what identifies and orders a series in a study."""
 
 
 class Kind(StrEnum):
@@ -81,7 +81,10 @@ class Series:
     @property
     def key(self) -> SeriesKey:
         """Return what identifies and orders the series within a study."""
-        return (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0, self.photons or 0.0, self.stack or False)
+        known = (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0)
+        if self.photons is None and self.stack is None:
+            return known
+        return (*known, self.photons or 0.0, self.stack or False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,6 +23,7 @@ from fullwell.workflow.executor import Progress
 from fullwell.workflow.iso_maps import write_iso_maps
 from fullwell.workflow.measure.against_iso import measure_against_iso
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
+from fullwell.workflow.measure.emva.stacks import FEWEST_FRAMES
 from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso
 from fullwell.workflow.measure.iso_constancy import IsoPattern, measure_iso_constancy
 from fullwell.workflow.measure.pattern_maps import IsoMaps
@@ -55,7 +56,7 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     Parameters
     ----------
     path
-        A study folder or a manifest.
+        A study folder, a manifest or an EMVA 1288 descriptor.
     out
         Folder to write; replaced only if it is empty or holds results of ours.
     options
@@ -122,6 +123,8 @@ def measure(
             progress=progress,
             keep=MEASURED_KINDS,
             scratch=Path(scratch),
+            pairs=options.profile is not None,
+            least_kept=1 if options.profile is None else FEWEST_FRAMES,
         )
         return _measured(study, measured, reduction, options=options, tile=tile, folder=folder, progress=progress)
 
@@ -141,7 +144,7 @@ def _measured(
     isos: list[IsoMeasurement] = []
     responses: list[ResponsePicture] = []
     for group in groups:
-        one = measure_iso(study, group, workers=options.workers)
+        one = measure_iso(study, group, workers=options.workers, profile=options.profile)
         if folder is not None:
             write_iso_maps(study, one, folder / "maps")
             responses += response_pictures(study, one)
@@ -217,4 +220,5 @@ def _settings(options: Options, tile: int) -> Mapping[str, object]:
         "tile": tile,
         "crop": None if selection.crop is None else list(selection.crop),
         "legacy_black": "subtracted" if options.legacy_black_subtracted else "kept",
+        "profile": options.profile,
     }

@@ -37,6 +37,8 @@ def reduce_without_copies(
     progress: Progress | None = None,
     keep: Collection[Kind] = (),
     scratch: Path | None = None,
+    pairs: bool = False,
+    least_kept: int = 1,
 ) -> Reduction:
     """Return the statistics of a study's series, every file's content counted once.
 
@@ -45,7 +47,7 @@ def reduce_without_copies(
 
     Parameters
     ----------
-    study, workers, tile, progress, keep, scratch
+    study, workers, tile, progress, keep, scratch, pairs, least_kept
         As `reduce_study`; ``progress`` starts again where frames are read a second time.
 
     Returns
@@ -54,7 +56,16 @@ def reduce_without_copies(
         Its hashes are of all files, copies included.
 
     """
-    reduce = partial(reduce_study, workers=workers, tile=tile, progress=progress, keep=keep, scratch=scratch)
+    reduce = partial(
+        reduce_study,
+        workers=workers,
+        tile=tile,
+        progress=progress,
+        keep=keep,
+        scratch=scratch,
+        pairs=pairs,
+        least_kept=least_kept,
+    )
     reduction = reduce(study)
     flat, copies = _told_apart(_copies(study, reduction))
     if copies:

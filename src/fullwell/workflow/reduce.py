@@ -20,6 +20,7 @@ from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
+from fullwell.statistics.batch import Batch
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.series import SeriesStatistics
@@ -70,6 +71,8 @@ def reduce_study(
     progress: Progress | None = None,
     keep: Collection[Kind] = (),
     scratch: Path | None = None,
+    pairs: bool = False,
+    least_kept: int = 1,
 ) -> Reduction:
     """Read every frame of a study once and return the statistics of its series.
 
@@ -88,6 +91,10 @@ def reduce_study(
     scratch
         Folder for these sums where all together take more than 1 GB; the caller's, who removes it when they are no
         longer used.
+    pairs
+        Whether the first two frames of each series are also looked at as a pair.
+    least_kept
+        Frames that a series has at least for its sums to be kept.
 
     Raises
     ------
@@ -101,7 +108,7 @@ def reduce_study(
     series = [one for one in study.series if one.frames]
     frames = [frame for one in series for frame in one.frames]
     pixels = study.height * study.width
-    kept = KeptSums(series, kinds=keep, pixels=pixels, folder=scratch)
+    kept = KeptSums(series, kinds=keep, pixels=pixels, folder=scratch, least=least_kept)
     if progress is not None:
         progress.start(len(frames))
     slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
@@ -111,7 +118,7 @@ def reduce_study(
     apart = any(frame.header.compression != "none" for frame in frames)
     slots = max(2, min(MOST_SLOTS, useful, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart))
     most_open = max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels)))
-    schedule = Schedule(series, most_open=most_open, workers=workers)
+    schedule = Schedule(series, most_open=most_open, workers=workers, pairs=pairs)
     task = _Reducer(schedule=schedule, layout=layout, slots=slots, slot_bytes=slot_bytes, kept=kept, progress=progress)
     run_threads(task.work, workers=workers)
     return task.reduction(series)
@@ -170,15 +177,21 @@ class _Reducer:
             if stop.is_set():
                 return
             if not slots.fits(len(group)):
-                opened.sums.add(slots.batch(pairs))
+                self._add_batch(opened, slots.batch(pairs))
                 slots.clear()
             self._read(group, opened, slots)
             pairs.append(group)
         if not slots.empty:
-            opened.sums.add(slots.batch(pairs))
-        if len(opened.series.frames) > LEGACY_FRAMES:
+            self._add_batch(opened, slots.batch(pairs))
+        if opened.unlit and len(opened.series.frames) > LEGACY_FRAMES:
             opened.sums.close_burst()
         opened.begun.set()
+
+    def _add_batch(self, opened: OpenSeries, batch: Batch) -> None:
+        """Add some of the first frames of a series; the first two good ones are looked at together where wanted."""
+        if opened.pairs:
+            opened.sums.look_at_pair(batch)
+        opened.sums.add(batch)
 
     def _add_some(self, opened: OpenSeries, slots: Slots, stop: Event, *, first_band: int) -> None:
         """Add some of the other frames of a series: as many as there is room for, so that the maps are touched rarely.

@@ -29,14 +29,17 @@ class OpenSeries:
     ----------
     series
         Its frames.
+    pairs
+        Whether its first two frames are wanted together: then the first five are one thread's in lit series too.
 
     """
 
-    def __init__(self, series: Series) -> None:
+    def __init__(self, series: Series, *, pairs: bool = False) -> None:
         frames = sorted(series.frames, key=lambda frame: frame.name)
         self.series = series
         self.unlit = series.kind in UNLIT
-        own = LEGACY_FRAMES if self.unlit or len(frames) <= LEGACY_FRAMES else 0
+        self.pairs = pairs
+        own = LEGACY_FRAMES if pairs or self.unlit or len(frames) <= LEGACY_FRAMES else 0
         self.first = groups_of(frames[:own])
         self.rest = deque(groups_of(frames[own:]))
         self.busy = 0
@@ -78,11 +81,14 @@ class Schedule:
         Series that may be open at once.
     workers
         Threads that ask.
+    pairs
+        As `OpenSeries`.
 
     """
 
-    def __init__(self, series: Sequence[Series], *, most_open: int, workers: int) -> None:
+    def __init__(self, series: Sequence[Series], *, most_open: int, workers: int, pairs: bool = False) -> None:
         self.workers = workers
+        self._pairs = pairs
         self._waiting = deque(series)
         self._open: list[OpenSeries] = []
         self._spare: list[Accumulation] = []
@@ -98,7 +104,7 @@ class Schedule:
                         opened.busy += 1
                         return opened, False
                 if self._waiting and len(self._open) < self._most_open:
-                    opened = OpenSeries(self._waiting.popleft())
+                    opened = OpenSeries(self._waiting.popleft(), pairs=self._pairs)
                     opened.busy += 1
                     self._open.append(opened)
                     return opened, True

@@ -22,6 +22,8 @@ class KeptSums:
         All series of the study.
     kinds
         Of which kinds sums are kept.
+    least
+        Frames that a series has at least for its sums to be kept.
     pixels
         Pixels of a mosaic.
     folder
@@ -36,9 +38,15 @@ class KeptSums:
     """
 
     def __init__(
-        self, series: Sequence[Series], *, kinds: Collection[Kind], pixels: int, folder: Path | None = None
+        self,
+        series: Sequence[Series],
+        *,
+        kinds: Collection[Kind],
+        pixels: int,
+        folder: Path | None = None,
+        least: int = 1,
     ) -> None:
-        self._keys = {one.key for one in series if one.kind in kinds}
+        self._keys = {one.key for one in series if one.kind in kinds and len(one.frames) >= least}
         self._kept: dict[SeriesKey, NDArray[np.uint32]] = {}
         self._folder: Path | None = None
         total_bytes = len(self._keys) * pixels * np.dtype(np.uint32).itemsize

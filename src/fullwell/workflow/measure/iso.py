@@ -1,6 +1,6 @@
 """Everything measured at one ISO, in the order one figure needs another."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fullwell.frames.series import Study
 from fullwell.workflow.executor import one_algebra_thread
@@ -9,6 +9,7 @@ from fullwell.workflow.measure.dark_current import measure_dark_current
 from fullwell.workflow.measure.dark_noise import measure_dark_noise
 from fullwell.workflow.measure.dark_variance import measure_dark_variance
 from fullwell.workflow.measure.dynamic_range import measure_range
+from fullwell.workflow.measure.emva.measure import measure_emva, with_recommendations
 from fullwell.workflow.measure.histograms import histogram_curves
 from fullwell.workflow.measure.levels import ChannelLevels, measure_levels
 from fullwell.workflow.measure.noise_coefficients import measure_noise_coefficients
@@ -23,7 +24,7 @@ from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
 from fullwell.workflow.measure.shading import BurstShading, measure_shading
 from fullwell.workflow.measure.steadiness import measure_steadiness
 from fullwell.workflow.measure.unlit import usable_unlit
-from fullwell.workflow.measure.white_level import measure_white
+from fullwell.workflow.measure.white_level import WhiteLevel, measure_white
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,13 +56,29 @@ class IsoMeasurement:
     shadings: tuple[BurstShading, ...]
 
 
-def measure_iso(study: Study, bursts: IsoBursts, *, workers: int) -> IsoMeasurement:
-    """Measure levels, noise, dark current, photon transfer, range, fixed pattern and shading at one ISO."""
+def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profile: str | None = None) -> IsoMeasurement:
+    """Measure levels, noise, dark current, photon transfer, range, fixed pattern and shading at one ISO.
+
+    Parameters
+    ----------
+    study, bursts
+        What was taken.
+    workers
+        Threads; what is measured does not depend on their number.
+    profile
+        Profile of EMVA 1288 to evaluate by beside all that.
+
+    """
     with one_algebra_thread():
-        return _measured(study, bursts, workers)
+        measurement, whites = _measured(study, bursts, workers)
+        if profile is None:
+            return measurement
+        own, emva = measurement.section, measure_emva(study, bursts, whites, profile=profile)
+        marked = replace(emva, rows=with_recommendations(own.rows, emva.rows))
+        return replace(measurement, section=joined((own, marked)))
 
 
-def _measured(study: Study, bursts: IsoBursts, workers: int) -> IsoMeasurement:
+def _measured(study: Study, bursts: IsoBursts, workers: int) -> tuple[IsoMeasurement, tuple[WhiteLevel, ...]]:
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     bursts, unlit_findings = usable_unlit(bursts, whites)
     levels_section, levels = measure_levels(study, bursts, whites)
@@ -99,6 +116,7 @@ def _measured(study: Study, bursts: IsoBursts, workers: int) -> IsoMeasurement:
             histogram_curves(bursts),
         )
     )
-    return IsoMeasurement(
+    measurement = IsoMeasurement(
         bursts=bursts, levels=levels, section=section, patterns=patterns, maps=maps, shadings=shadings
     )
+    return measurement, whites

@@ -243,7 +243,8 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
         )
         findings.append(Finding(code="pattern-not-measured", severity=Severity.WARNING, message=message))
     taken = {burst.series.key for one in maps.channels for burst in one.flats}
-    left_out = [burst for burst in bursts.flats if burst.frames > 1 and burst.series.key not in taken]
+    asked = [burst for burst in bursts.flats if burst.frames > 1 and burst.sums is not None]
+    left_out = [burst for burst in asked if burst.series.key not in taken]
     if left_out:
         exposures = ", ".join(f"{burst.exposure_s:g}" for burst in left_out)
         message = (
@@ -258,7 +259,8 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
             "slope over exposures; take a burst of dark or bias frames to set against the flats"
         )
         findings.append(Finding(code="no-dark-stack", severity=Severity.WARNING, message=message))
-    if known and not any(SLOPE in one.maps for one in known):
+    one_flat = known and not any(SLOPE in one.maps for one in known)
+    if one_flat and len({burst.exposure_s for burst in asked}) == len({burst.exposure_s for burst in bursts.flats}):
         message = (
             f"unsaturated flats of one exposure only at {bursts.label}: slopes and intercepts over exposure are not "
             "measured; take flats at three exposures or more"

@@ -1,0 +1,150 @@
+"""The two stacks that fixed pattern is measured in: dark, and at half saturation."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fullwell.figures.emva1288.nonuniformity import Split, StackMoments, split_corrected, split_literal, stack_moments
+from fullwell.figures.emva1288.package import split_unfiltered
+from fullwell.figures.emva1288.sweep import Floats
+from fullwell.frames.selection import EXPOSURE_TOLERANCE
+from fullwell.statistics.high_pass import SMALLEST_PLANE, filtered
+from fullwell.statistics.series import PlaneStatistics
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+
+FEWEST_FRAMES = 3
+"""More than a pair."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stacks:
+    """The bursts; ``bright`` is None where no flats have darks at their exposure."""
+
+    dark: Burst
+    bright: Burst | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Averages:
+    """Averaged stacks of one channel, as they are and high-passed [DN].
+
+    Parameters
+    ----------
+    dark, response
+        Shape (M, N): dark average, and bright less dark; ``response`` is None without a bright stack.
+    dark_filtered, response_filtered
+        Shape (M - 18, N - 18).
+    dark_moments, bright_moments
+        Of the high-passed averages.
+
+    """
+
+    dark: Floats
+    response: Floats | None
+    dark_filtered: Floats
+    response_filtered: Floats | None
+    dark_moments: StackMoments
+    bright_moments: StackMoments | None
+
+
+def choose_stacks(bursts: IsoBursts, channel: str, *, half_saturation: float | None) -> Stacks | None:
+    """Return the stacks to use: the one that is nearest to half saturation among those of most frames.
+
+    Parameters
+    ----------
+    bursts
+        All of one ISO.
+    channel
+        Whose saturation is meant.
+    half_saturation
+        Signal at half saturation [DN]; None where it is unknown.
+
+    """
+    darks = [burst for burst in bursts.darks if _is_stack(burst)]
+    if not darks:
+        return None
+    pairs = [(flat, dark) for flat in bursts.flats if _is_stack(flat) for dark in darks if _together(flat, dark)]
+    if not pairs:
+        return Stacks(dark=max(darks, key=lambda burst: (burst.frames, -burst.exposure_s)), bright=None)
+
+    def rank(pair: tuple[Burst, Burst]) -> tuple[bool, int, float]:
+        flat, dark = pair
+        signal = flat.plane(channel).mean - dark.plane(channel).mean
+        distance = 0.0 if half_saturation is None else abs(signal - half_saturation)
+        return (flat.series.stack is True, min(flat.frames, dark.frames), -distance)
+
+    flat, dark = max(pairs, key=rank)
+    return Stacks(dark=dark, bright=flat)
+
+
+def _is_stack(burst: Burst) -> bool:
+    return burst.frames >= FEWEST_FRAMES and burst.series.stack is not False and burst.sums is not None
+
+
+def _together(flat: Burst, dark: Burst) -> bool:
+    return abs(flat.exposure_s - dark.exposure_s) <= EXPOSURE_TOLERANCE * flat.exposure_s
+
+
+def average(burst: Burst, channel: str) -> Floats:
+    """Return the average over the frames of a channel's pixels [DN]."""
+    return burst.plane_sums(channel) / float(burst.frames)
+
+
+def averages(stacks: Stacks, channel: str) -> Averages | None:
+    """Return the averaged stacks, None where the plane is too small for the high-pass filter."""
+    dark = average(stacks.dark, channel)
+    if min(dark.shape) < SMALLEST_PLANE:
+        return None
+    dark_filtered = filtered(dark)
+    dark_moments = _moments(dark_filtered, stacks.dark, channel)
+    if stacks.bright is None:
+        return Averages(
+            dark=dark,
+            response=None,
+            dark_filtered=dark_filtered,
+            response_filtered=None,
+            dark_moments=dark_moments,
+            bright_moments=None,
+        )
+    response = average(stacks.bright, channel)
+    bright_filtered = filtered(response)
+    response -= dark
+    bright_moments = _moments(bright_filtered, stacks.bright, channel)
+    bright_filtered -= dark_filtered
+    return Averages(
+        dark=dark,
+        response=response,
+        dark_filtered=dark_filtered,
+        response_filtered=bright_filtered,
+        dark_moments=dark_moments,
+        bright_moments=bright_moments,
+    )
+
+
+def _moments(plane: Floats, burst: Burst, channel: str) -> StackMoments:
+    temporal = burst.plane(channel).temporal_variance
+    return stack_moments(plane, frames=burst.frames, temporal=temporal, filtered=True)
+
+
+def splits(moments: Sequence[StackMoments]) -> tuple[tuple[Split, Split], ...]:
+    """Return literal and corrected split of each stack."""
+    return tuple((split_literal(one), split_corrected(one)) for one in moments)
+
+
+def unfiltered_split(plane: PlaneStatistics) -> Split:
+    """Return the split of a stack without a filter, as the package has it."""
+    squares = plane.mean_squares
+    return split_unfiltered(
+        rows=plane.rows,
+        columns=plane.columns,
+        measured=plane.spatial_variance,
+        column_means=squares.h * (plane.columns - 1) / (plane.frames * plane.n),
+        row_means=squares.v * (plane.rows - 1) / (plane.frames * plane.n),
+        left=plane.temporal_variance / plane.frames,
+    )
+
+
+def finite(values: Floats) -> tuple[float | None, ...]:
+    """Return values for a curve, None where one is not finite."""
+    return tuple(float(value) if np.isfinite(value) else None for value in values)

@@ -72,14 +72,14 @@ def simulate(
         from fullwell.workflow.simulate import simulate_config  # noqa: PLC0415 - as above
         from fullwell.workflow.simulation_source import chosen_camera  # noqa: PLC0415 - as above
 
+        if out is None and not show:
+            raise UsageError("Name a folder for the frames with --out FOLDER (or look at the config with --print).")
         made = chosen_camera(config=config, camera=camera, source=source, design=design, seed=seed)
         for sentence in () if quiet else made.said:
             sys.stderr.write(f"Assumed: {sentence}.\n")
-        if show:
+        if out is None or show:
             sys.stdout.write(shipped_text(camera) if camera and seed is None else config_text(made.config.table))
             return
-        if out is None:
-            raise UsageError("Name a folder for the frames with -o FOLDER (or look at the config with --print).")
         with shown_progress(quiet=quiet) as progress:
             written = simulate_config(made.config, out, workers=workers or os.cpu_count() or 1, progress=progress)
         if not quiet:

@@ -59,7 +59,7 @@ def companding_table(sensor: SensorParameters, bits: int) -> NDArray[np.uint16]:
     >>> from fullwell.testing import simulation
     >>> table = companding_table(simulation().sensor, 10)
     >>> table[[0, 1, 512, 1023]].tolist()
-    [0, 1, 1281, 4095]
+    [0, 1, 1282, 4095]
 
     """
     stored = np.arange(2**bits, dtype=np.float64)

@@ -18,7 +18,7 @@ from fullwell.findings import Finding, Severity
 from fullwell.raw.cfa import BAYER, MONO
 from fullwell.raw.directory import Directories, Directory
 from fullwell.raw.exposure import read_exposure
-from fullwell.raw.image import Area, RawHeader
+from fullwell.raw.image import D65, Area, ColourMatrix, RawHeader
 from fullwell.raw.levels import declared_levels
 from fullwell.raw.lossless_jpeg import is_dct
 from fullwell.raw.segments import image_size, read_layout
@@ -76,6 +76,7 @@ def read_dng_header(path: Path, directories: Directories) -> RawHeader:
         masked_areas=masked,
         noise_profile=tuple(zip(profile[0::2], profile[1::2], strict=False)),
         as_shot_neutral=_neutral(directories, image),
+        colour_matrix=_colour_matrix(directories, image),
         level_tags=levels.tags,
         layout=layout,
         findings=unsuitable + levels.findings + masked_findings,
@@ -151,6 +152,19 @@ def _neutral(directories: Directories, image: Directory) -> tuple[float, ...]:
     """Return AsShotNeutral where it is three positive numbers."""
     values = directories.lookup(Tag.AS_SHOT_NEUTRAL, image).numbers(Tag.AS_SHOT_NEUTRAL)
     return values if len(values) == 3 and all(math.isfinite(value) and value > 0.0 for value in values) else ()
+
+
+def _colour_matrix(directories: Directories, image: Directory) -> ColourMatrix | None:
+    """Return the matrix for daylight, else the first that has nine numbers."""
+    found: list[ColourMatrix] = []
+    for tag, light in (
+        (Tag.COLOR_MATRIX_1, Tag.CALIBRATION_ILLUMINANT_1),
+        (Tag.COLOR_MATRIX_2, Tag.CALIBRATION_ILLUMINANT_2),
+    ):
+        values = directories.lookup(tag, image).numbers(tag)
+        if len(values) == 9 and all(map(math.isfinite, values)):
+            found.append(ColourMatrix(values, directories.lookup(light, image).integer(light, 0)))
+    return next((one for one in found if one.illuminant == D65), found[0] if found else None)
 
 
 def _active_area(image: Directory, *, width: int, height: int) -> Area:

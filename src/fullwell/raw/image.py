@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,26 @@ class Extent(NamedTuple):
 
     start: int
     stop: int
+
+
+D65: Final = 21
+"""Daylight, as the EXIF tag LightSource numbers it."""
+
+
+class ColourMatrix(NamedTuple):
+    """From XYZ to the camera's own colours under one light.
+
+    Parameters
+    ----------
+    values
+        Nine numbers, row by row, as the DNG tag ColorMatrix1 has them.
+    illuminant
+        The light, as the EXIF tag LightSource numbers it; 21 is D65.
+
+    """
+
+    values: tuple[float, ...]
+    illuminant: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +94,8 @@ class RawHeader:
         Of the camera, as the file has them; firmware is the tag Software.
     as_shot_neutral
         White in the camera's own R, G and B, as the DNG tag AsShotNeutral has it; empty where absent.
+    colour_matrix
+        For daylight where the file has several; None where it has none.
     level_tags
         Every level the file declares, by its maker's own name.
     settings
@@ -111,6 +133,7 @@ class RawHeader:
     masked_areas: tuple[Area, ...] = ()
     noise_profile: tuple[tuple[float, float], ...] = ()
     as_shot_neutral: tuple[float, ...] = ()
+    colour_matrix: ColourMatrix | None = None
     level_tags: tuple[tuple[str, tuple[float, ...]], ...] = ()
     settings: str = ""
     page: int | None = None

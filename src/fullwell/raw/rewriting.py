@@ -16,7 +16,7 @@ from fullwell.raw.dng import raw_image
 from fullwell.raw.fields import FieldType
 from fullwell.raw.opcodes import GainMap, Opcode, OpcodeList, opcode_bytes, parse_opcodes
 from fullwell.raw.tags import Tag
-from fullwell.raw.write import write_whole
+from fullwell.raw.tiff_file import write_whole
 
 _ENTRY: Final = 12
 _INLINE: Final = 4

@@ -1,8 +1,6 @@
 """DNG files, written so that LibRaw and Fullwell read the same mosaic, levels and CFA back."""
 
-import struct
-import uuid
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -11,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.raw.cfa import BAYER, MONO, cell
-from fullwell.raw.fields import Field, FieldType, directory_length, encode_directory, text
-from fullwell.raw.image import Area
+from fullwell.raw.fields import Field, FieldType, text
+from fullwell.raw.image import D65, Area, ColourMatrix
 from fullwell.raw.opcodes import GainMap, OpcodeList, opcode_bytes
 from fullwell.raw.tags import Compression, Photometric, Tag
+from fullwell.raw.tiff_file import exif_fields, long, short, tiff_parts, write_whole
 
 _DEFAULT_TILE: Final = 512
-_ALIGNMENT: Final = 64
-_D65: Final = 21
 XYZ_TO_SRGB: Final = (3.2405, -1.5371, -0.4985, -0.9693, 1.8760, 0.0416, 0.0556, -0.2040, 1.0572)
-"""ColorMatrix1: the camera's colours are taken for linear sRGB, since nothing better is known (IEC 61966-2-1)."""
+"""The camera's colours are taken for linear sRGB where nothing better is known (IEC 61966-2-1)."""
+_LINEAR_SRGB: Final = ColourMatrix(XYZ_TO_SRGB, D65)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,10 +43,10 @@ class DngExtras:
         EXIF tag Temperature [deg C].
     gain_maps
         Opcodes of OpcodeList2, which readers apply after black is subtracted.
-    colour_matrix
-        ColorMatrix1, from XYZ to the camera's R, G and B, row by row; as if they were linear sRGB by default.
     as_shot_neutral
         What white is in the camera's own R, G and B; 1, 1, 1 by default.
+    colour_matrix
+        The camera's; where it is None, its colours are taken for linear sRGB.
 
     """
 
@@ -61,8 +59,8 @@ class DngExtras:
     orientation: int = 1
     temperature_c: float | None = None
     gain_maps: tuple[GainMap, ...] = ()
-    colour_matrix: tuple[float, ...] = ()
     as_shot_neutral: tuple[float, ...] = ()
+    colour_matrix: ColourMatrix | None = None
 
 
 def write_dng(
@@ -70,8 +68,8 @@ def write_dng(
     mosaic: NDArray[np.uint16],
     *,
     cfa: str,
-    black_level: Sequence[float],
-    white_level: int,
+    black_level: Sequence[float] | None,
+    white_level: int | None,
     bit_depth: int = 16,
     iso: float | None = None,
     exposure_s: float | None = None,
@@ -92,13 +90,14 @@ def write_dng(
     cfa
         Order at the visible top-left pixel, or ``mono``.
     black_level
-        One value, or one per CFA site, row-major from the visible top-left pixel [DN].
+        One value, or one per CFA site, row-major from the visible top-left pixel; None leaves the tag out, for which
+        readers take 0 [DN].
     white_level
-        Saturated code [DN].
+        Saturated code; None leaves the tag out, for which readers take the highest code of the stored bits [DN].
     bit_depth
         Bits of the codes. Uncompressed samples take 8 bits where this is 8, 16 otherwise.
     iso, exposure_s
-        ISO speed (a whole number) and exposure time [s].
+        ISO speed (a whole number) and exposure time [-, s].
     compression
         ``none`` or ``lossless-jpeg``.
     tile
@@ -122,18 +121,18 @@ def write_dng(
         *stored_as,
         *_image_fields(mosaic, cfa=cfa),
         *_level_fields(cfa=cfa, black_level=black_level, white_level=white_level),
-        *_camera_fields(cfa=cfa, make=make, model=model, extras=extras),
+        *camera_fields(cfa=cfa, make=make, model=model, extras=extras),
         *_extra_fields(extras),
     ]
-    exif = _exif_fields(iso=iso, exposure_s=exposure_s, temperature_c=extras.temperature_c)
-    write_whole(path, (_file_head(fields, exif, segments, tiled=_is_tiled(stored_as)), *segments))
+    exif = exif_fields(iso=iso, exposure_s=exposure_s, temperature_c=extras.temperature_c)
+    write_whole(path, tiff_parts(fields, exif, segments))
 
 
 def _require_consistent(
     mosaic: NDArray[np.uint16],
     *,
     cfa: str,
-    black_level: Sequence[float],
+    black_level: Sequence[float] | None,
     bit_depth: int,
     tile: tuple[int, int] | None,
 ) -> None:
@@ -141,7 +140,7 @@ def _require_consistent(
         raise ValueError(f"the mosaic must be a two-dimensional uint16 array, not {mosaic.dtype} of {mosaic.shape}")
     if cfa not in (*BAYER, MONO):
         raise ValueError(f"cfa must be one of {', '.join((*BAYER, MONO))}, not {cfa!r}")
-    if len(black_level) not in {1, cell(cfa) ** 2}:
+    if black_level is not None and len(black_level) not in {1, cell(cfa) ** 2}:
         raise ValueError(f"{len(black_level)} black levels do not fit a {cfa} mosaic")
     if not 8 <= bit_depth <= 16 or int(mosaic.max()) >= 1 << bit_depth:
         raise ValueError(f"codes up to {mosaic.max()} do not fit {bit_depth} bits (8 to 16)")
@@ -164,15 +163,15 @@ def _segments(
         tile = (_DEFAULT_TILE, _DEFAULT_TILE)
     dtype = np.uint8 if bit_depth == 8 else np.dtype("<u2")
     fields = [
-        _short(Tag.COMPRESSION, Compression.JPEG if compressed else Compression.NONE),
-        _short(Tag.BITS_PER_SAMPLE, bit_depth if compressed or bit_depth == 8 else 16),
+        short(Tag.COMPRESSION, Compression.JPEG if compressed else Compression.NONE),
+        short(Tag.BITS_PER_SAMPLE, bit_depth if compressed or bit_depth == 8 else 16),
     ]
     if tile is None:
-        fields.append(_long(Tag.ROWS_PER_STRIP, height))
+        fields.append(long(Tag.ROWS_PER_STRIP, height))
         if compressed:
             return [_lossless(mosaic, bit_depth=bit_depth, cfa=cfa)], fields
         return [np.ascontiguousarray(mosaic, dtype=dtype).data.cast("B")], fields
-    fields += [_long(Tag.TILE_LENGTH, tile[0]), _long(Tag.TILE_WIDTH, tile[1])]
+    fields += [long(Tag.TILE_LENGTH, tile[0]), long(Tag.TILE_WIDTH, tile[1])]
     tiles = (
         _tile(mosaic[top : top + tile[0], left : left + tile[1]], tile)
         for top in range(0, height, tile[0])
@@ -205,34 +204,45 @@ def _lossless(block: NDArray[np.uint16], *, bit_depth: int, cfa: str) -> bytes:
 def _image_fields(mosaic: NDArray[np.uint16], *, cfa: str) -> list[Field]:
     height, width = mosaic.shape
     fields = [
-        _long(Tag.NEW_SUBFILE_TYPE, 0),
-        _long(Tag.IMAGE_WIDTH, width),
-        _long(Tag.IMAGE_LENGTH, height),
-        _short(Tag.SAMPLES_PER_PIXEL, 1),
-        _short(Tag.PLANAR_CONFIGURATION, 1),
-        _short(Tag.PHOTOMETRIC, Photometric.LINEAR_RAW if cfa == MONO else Photometric.CFA),
+        long(Tag.NEW_SUBFILE_TYPE, 0),
+        long(Tag.IMAGE_WIDTH, width),
+        long(Tag.IMAGE_LENGTH, height),
+        short(Tag.SAMPLES_PER_PIXEL, 1),
+        short(Tag.PLANAR_CONFIGURATION, 1),
+        short(Tag.PHOTOMETRIC, Photometric.LINEAR_RAW if cfa == MONO else Photometric.CFA),
     ]
     if cfa != MONO:
         fields += [
-            _short(Tag.CFA_REPEAT_PATTERN_DIM, 2, 2),
-            Field(tag=Tag.CFA_PATTERN, type=FieldType.BYTE, values=["RGB".index(letter) for letter in cfa]),
+            *pattern_fields(cfa),
             Field(tag=Tag.CFA_PLANE_COLOR, type=FieldType.BYTE, values=(0, 1, 2)),
-            _short(Tag.CFA_LAYOUT, 1),
+            short(Tag.CFA_LAYOUT, 1),
         ]
     return fields
 
 
-def _level_fields(*, cfa: str, black_level: Sequence[float], white_level: int) -> list[Field]:
-    period = cell(cfa) if len(black_level) > 1 else 1
-    whole = all(float(level).is_integer() for level in black_level)
+def pattern_fields(cfa: str) -> list[Field]:
+    """Return the fields of TIFF/EP that tell a Bayer order."""
     return [
-        _short(Tag.BLACK_LEVEL_REPEAT_DIM, period, period),
-        Field(tag=Tag.BLACK_LEVEL, type=FieldType.LONG if whole else FieldType.RATIONAL, values=black_level),
-        _long(Tag.WHITE_LEVEL, white_level),
+        short(Tag.CFA_REPEAT_PATTERN_DIM, 2, 2),
+        Field(tag=Tag.CFA_PATTERN, type=FieldType.BYTE, values=["RGB".index(letter) for letter in cfa]),
     ]
 
 
-def _camera_fields(*, cfa: str, make: str, model: str, extras: DngExtras) -> list[Field]:
+def _level_fields(*, cfa: str, black_level: Sequence[float] | None, white_level: int | None) -> list[Field]:
+    fields: list[Field] = []
+    if black_level is not None:
+        period = cell(cfa) if len(black_level) > 1 else 1
+        whole = all(float(level).is_integer() for level in black_level)
+        kind = FieldType.LONG if whole else FieldType.RATIONAL
+        fields.append(short(Tag.BLACK_LEVEL_REPEAT_DIM, period, period))
+        fields.append(Field(tag=Tag.BLACK_LEVEL, type=kind, values=black_level))
+    if white_level is not None:
+        fields.append(long(Tag.WHITE_LEVEL, white_level))
+    return fields
+
+
+def camera_fields(*, cfa: str, make: str, model: str, extras: DngExtras) -> list[Field]:
+    """Return the fields that make a TIFF file a DNG, and tell its camera."""
     fields = [
         Field(tag=Tag.DNG_VERSION, type=FieldType.BYTE, values=(1, 4, 0, 0)),
         Field(tag=Tag.DNG_BACKWARD_VERSION, type=FieldType.BYTE, values=(1, 1, 0, 0)),
@@ -240,13 +250,14 @@ def _camera_fields(*, cfa: str, make: str, model: str, extras: DngExtras) -> lis
         text(Tag.MODEL, model),
         text(Tag.UNIQUE_CAMERA_MODEL, model),
         text(Tag.SOFTWARE, "Fullwell"),
-        _short(Tag.ORIENTATION, extras.orientation),
+        short(Tag.ORIENTATION, extras.orientation),
     ]
     if cfa != MONO:
+        matrix = extras.colour_matrix or _LINEAR_SRGB
         fields += [
-            Field(tag=Tag.COLOR_MATRIX_1, type=FieldType.SRATIONAL, values=extras.colour_matrix or XYZ_TO_SRGB),
+            Field(tag=Tag.COLOR_MATRIX_1, type=FieldType.SRATIONAL, values=matrix.values),
             Field(tag=Tag.AS_SHOT_NEUTRAL, type=FieldType.RATIONAL, values=extras.as_shot_neutral or (1, 1, 1)),
-            _short(Tag.CALIBRATION_ILLUMINANT_1, _D65),
+            short(Tag.CALIBRATION_ILLUMINANT_1, matrix.illuminant),
         ]
     return fields
 
@@ -254,14 +265,14 @@ def _camera_fields(*, cfa: str, make: str, model: str, extras: DngExtras) -> lis
 def _extra_fields(extras: DngExtras) -> list[Field]:
     fields: list[Field] = []
     if extras.active_area is not None:
-        fields.append(_long(Tag.ACTIVE_AREA, *extras.active_area))
+        fields.append(long(Tag.ACTIVE_AREA, *extras.active_area))
     if extras.masked_areas:
-        fields.append(_long(Tag.MASKED_AREAS, *(corner for area in extras.masked_areas for corner in area)))
+        fields.append(long(Tag.MASKED_AREAS, *(corner for area in extras.masked_areas for corner in area)))
     if extras.noise_profile:
         pairs = [value for pair in extras.noise_profile for value in pair]
         fields.append(Field(tag=Tag.NOISE_PROFILE, type=FieldType.DOUBLE, values=pairs))
     if extras.linearization_table:
-        fields.append(_short(Tag.LINEARIZATION_TABLE, *extras.linearization_table))
+        fields.append(short(Tag.LINEARIZATION_TABLE, *extras.linearization_table))
     for tag, delta in (
         (Tag.BLACK_LEVEL_DELTA_H, extras.black_level_delta_h),
         (Tag.BLACK_LEVEL_DELTA_V, extras.black_level_delta_v),
@@ -272,59 +283,3 @@ def _extra_fields(extras: DngExtras) -> list[Field]:
         encoded = opcode_bytes(extras.gain_maps)
         fields.append(Field(tag=OpcodeList.OPCODE_LIST_2, type=FieldType.UNDEFINED, values=encoded))
     return fields
-
-
-def _exif_fields(*, iso: float | None, exposure_s: float | None, temperature_c: float | None) -> list[Field]:
-    fields: list[Field] = []
-    if iso is not None:
-        if iso != int(iso) or not 0 < iso < 65535:
-            raise ValueError(f"EXIF has whole ISO speeds from 1 to 65534, not {iso}")
-        fields.append(_short(Tag.ISO_SPEED_RATINGS, int(iso)))
-    if exposure_s is not None:
-        fields.append(Field(tag=Tag.EXPOSURE_TIME, type=FieldType.RATIONAL, values=(exposure_s,)))
-    if temperature_c is not None:
-        fields.append(Field(tag=Tag.TEMPERATURE, type=FieldType.SRATIONAL, values=(temperature_c,)))
-    return fields
-
-
-def _file_head(fields: list[Field], exif: list[Field], segments: Sequence[bytes | memoryview], *, tiled: bool) -> bytes:
-    """Return everything before the pixels: header, directory, EXIF directory, padding."""
-    counts = [len(segment) for segment in segments]
-    offsets_tag, counts_tag = (
-        (Tag.TILE_OFFSETS, Tag.TILE_BYTE_COUNTS) if tiled else (Tag.STRIP_OFFSETS, Tag.STRIP_BYTE_COUNTS)
-    )
-    pointers = [_long(offsets_tag, *counts), _long(counts_tag, *counts), *([_long(Tag.EXIF_IFD, 0)] if exif else [])]
-    exif_start = 8 + directory_length(fields + pointers)
-    end = exif_start + (directory_length(exif) if exif else 0)
-    pixels_start = -(-end // _ALIGNMENT) * _ALIGNMENT
-    if pixels_start + sum(counts) >= 1 << 32:
-        raise ValueError("a DNG file cannot be larger than 4 GiB")
-    offsets = [pixels_start + sum(counts[:index]) for index in range(len(counts))]
-    pointers = [_long(offsets_tag, *offsets), pointers[1], *([_long(Tag.EXIF_IFD, exif_start)] if exif else [])]
-    head = struct.pack("<2sHI", b"II", 42, 8) + encode_directory(fields + pointers, start=8, byte_order="<")
-    if exif:
-        head += encode_directory(exif, start=exif_start, byte_order="<")
-    return head.ljust(pixels_start, b"\0")
-
-
-def write_whole(path: Path, parts: Iterable[bytes | memoryview]) -> None:
-    """Write a file beside its target first and rename it then, so that no half file is ever seen."""
-    part = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
-    try:
-        with part.open("xb") as file:
-            file.writelines(parts)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _is_tiled(fields: Sequence[Field]) -> bool:
-    return any(field.tag == Tag.TILE_WIDTH for field in fields)
-
-
-def _short(tag: Tag, *values: int) -> Field:
-    return Field(tag=tag, type=FieldType.SHORT, values=values)
-
-
-def _long(tag: Tag, *values: int) -> Field:
-    return Field(tag=tag, type=FieldType.LONG, values=values)

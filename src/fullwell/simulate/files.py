@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fullwell.frames.sidecar import PIXEL_FORMATS
 from fullwell.model.conversions import noise_profile_offset, noise_profile_scale
 from fullwell.raw.cfa import MONO, channels
+from fullwell.raw.image import D65, ColourMatrix
 from fullwell.raw.write import XYZ_TO_SRGB, DngExtras, write_dng
 from fullwell.simulate.adc import companding_table
 from fullwell.simulate.config import SimulationConfig
@@ -100,14 +101,14 @@ def noise_profile(config: SimulationConfig, taken: Exposure) -> tuple[tuple[floa
 
 def _extras(config: SimulationConfig, taken: Exposure) -> DngExtras:
     sensor, margins, bits = config.sensor, config.margins, config.output.companding_bits
-    to_camera = config.colour_matrix @ np.reshape(XYZ_TO_SRGB, (3, 3))
+    to_camera = (config.colour_matrix @ np.reshape(XYZ_TO_SRGB, (3, 3))).ravel().tolist()
     return DngExtras(
         active_area=None if margins.none else margins.active(sensor),
         masked_areas=() if margins.none else margins.masked(sensor),
         noise_profile=noise_profile(config, taken) if config.output.noise_profile else (),
         linearization_table=() if bits is None else tuple(companding_table(sensor, bits).tolist()),
         temperature_c=taken.temperature_c,
-        colour_matrix=() if config.table.camera.colour_matrix is None else tuple(to_camera.ravel().tolist()),
+        colour_matrix=None if config.table.camera.colour_matrix is None else ColourMatrix(tuple(to_camera), D65),
         as_shot_neutral=neutral(config),
     )
 

@@ -1,16 +1,31 @@
 """Files without a header: what a sidecar says of them, and whether their pixels bear out what anybody says."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from fullwell.errors import UnreadableFileError
 from fullwell.findings import Finding, Severity
-from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
+from fullwell.frames.sidecar import SidecarFacts, completed, read_sidecar, sidecar_of
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.image import RawHeader
 from fullwell.raw.open import read_header
 
 _SAID_BY_SIDECAR: Final = "the sidecar"
+_ADDED: Final = (
+    ("cfa", "CFA"),
+    ("bit_depth", "bit depth"),
+    ("black_level", "black level"),
+    ("white_level", "white level"),
+    ("iso", "ISO"),
+    ("exposure_s", "exposure"),
+    ("temperature_c", "temperature"),
+    ("make", "make"),
+    ("model", "model"),
+    ("noise_profile", "noise profile"),
+    ("as_shot_neutral", "neutral"),
+)
+"""What a sidecar can add to a header, and what people call it."""
 
 
 def stored_as(facts: SidecarFacts, *, size: int) -> tuple[HeaderlessFormat | None, str]:
@@ -20,7 +35,7 @@ def stored_as(facts: SidecarFacts, *, size: int) -> tuple[HeaderlessFormat | Non
 
 
 def read_stated(path: Path, *, headerless: HeaderlessFormat | None) -> RawHeader:
-    """Return a single file's header; without a header of its own, its sidecar is asked before the presets.
+    """Return a single file's header with what its sidecar adds; without a header of its own, presets are asked last.
 
     Parameters
     ----------
@@ -35,15 +50,31 @@ def read_stated(path: Path, *, headerless: HeaderlessFormat | None) -> RawHeader
         As `read_header`.
 
     """
-    if headerless is not None:
-        return read_header(path, headerless=headerless)
-    sidecar = sidecar_of(path)
+    sidecar, findings = sidecar_of(path), ()
+    facts = SidecarFacts()
     try:
         facts = SidecarFacts() if sidecar is None else read_sidecar(sidecar)
         stated, said_by = stored_as(facts, size=path.stat().st_size)
-    except (UnreadableFileError, OSError):
-        return read_header(path)
-    return read_header(path, headerless=stated, said_by=said_by)
+    except OSError:
+        stated, said_by = None, _SAID_BY_SIDECAR
+    except UnreadableFileError as error:
+        stated, said_by = None, _SAID_BY_SIDECAR
+        findings = (Finding(code=error.code, severity=Severity.WARNING, message=error.message),)
+    if headerless is not None:
+        header = read_header(path, headerless=headerless)
+    else:
+        header = read_header(path, headerless=stated, said_by=said_by)
+    whole = completed(header, facts)
+    if sidecar is not None and whole != header:
+        findings = (_told_by(sidecar, header, whole),)
+    return replace(whole, findings=(*whole.findings, *findings))
+
+
+def _told_by(sidecar: Path, header: RawHeader, whole: RawHeader) -> Finding:
+    """Say what a sidecar added to a header."""
+    added = [name for field, name in _ADDED if getattr(whole, field) != getattr(header, field)]
+    message = f"Its sidecar {sidecar.name} tells what it does not say itself: {', '.join(added)}."
+    return Finding(code="told-by-sidecar", severity=Severity.INFO, message=message)
 
 
 def geometry_advice(path: Path, code: str) -> tuple[Finding, ...]:

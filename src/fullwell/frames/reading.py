@@ -15,11 +15,11 @@ from fullwell.frames.headerless import stored_as
 from fullwell.frames.naming import exposure_in_path, iso_in_path
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
 from fullwell.frames.series import CONTAINER_BITS, Camera, Exclusion, Frame, Kind
-from fullwell.frames.sidecar import SidecarFacts, read_sidecar, sidecar_of
+from fullwell.frames.sidecar import SidecarFacts, completed, read_sidecar, sidecar_of
 from fullwell.frames.source import Candidate, Given
 from fullwell.raw.headerless_format import HeaderlessFormat
-from fullwell.raw.image import Levels, RawHeader
 from fullwell.raw.open import read_headers
+from fullwell.raw.image import RawHeader
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,16 +183,14 @@ def _sidecar(candidate: Candidate) -> tuple[SidecarFacts, tuple[Finding, ...]]:
 
 def _resolved(header: RawHeader, *, candidate: Candidate, facts: SidecarFacts, cfa: str | None) -> RawHeader:
     given = candidate.given
-    black = header.black_level
-    if black is None and facts.black_level is not None:
-        black = Levels(values=(facts.black_level,), source="sidecar", tag="BlackLevel")
+    whole = completed(header, facts)
     return replace(
-        header,
-        iso=_first(given.iso, header.iso, iso_in_path(candidate.name)),
+        whole,
+        iso=_first(given.iso, header.iso, iso_in_path(candidate.name), facts.iso),
         exposure_s=_first(given.exposure_s, header.exposure_s, exposure_in_path(candidate.name), facts.exposure_s),
-        temperature_c=_first(given.temperature_c, header.temperature_c, facts.temperature_c),
-        cfa=cfa or header.cfa or facts.cfa,
-        black_level=black,
+        temperature_c=_first(given.temperature_c, whole.temperature_c),
+        cfa=cfa or whole.cfa,
+        bit_depth=header.bit_depth,
     )
 
 

@@ -1,6 +1,5 @@
 """Simulated mosaics as raw files: DNG with its tags, or TIFF and headerless files with a JSON sidecar."""
 
-import json
 import sys
 from pathlib import Path
 from typing import Final
@@ -8,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.frames.sidecar import PIXEL_FORMATS
+from fullwell.frames.sidecar_writing import sidecar_path, sidecar_text
 from fullwell.model.conversions import noise_profile_offset, noise_profile_scale
 from fullwell.raw.cfa import MONO, channels
 from fullwell.raw.image import D65, ColourMatrix
@@ -69,8 +68,7 @@ def write_frame(folder: Path, name: str, mosaic: NDArray[np.uint16], config: Sim
         _write_tiff(path, mosaic)
     else:
         path.write_bytes(mosaic.astype("<u2").tobytes())
-    sidecar = json.dumps(_facts(config, taken), indent=1) + "\n"
-    path.with_name(f"{path.name.removesuffix(path.suffix)}.json").write_text(sidecar, encoding="utf-8")
+    sidecar_path(path).write_text(_sidecar(config, taken), encoding="utf-8")
     return path
 
 
@@ -119,19 +117,16 @@ def _write_tiff(path: Path, mosaic: NDArray[np.uint16]) -> None:
     tifffile.imwrite(path, mosaic, photometric="minisblack", byteorder="<" if sys.byteorder == "little" else ">")
 
 
-def _facts(config: SimulationConfig, taken: Exposure) -> dict[str, object]:
-    """Return what a sidecar says, by GenICam names."""
+def _sidecar(config: SimulationConfig, taken: Exposure) -> str:
     sensor = config.sensor_at(taken.iso)
-    facts: dict[str, object] = {
-        "PixelFormat": f"{PIXEL_FORMATS[sensor.cfa]}{sensor.bit_depth}",
-        "Width": sensor.width,
-        "Height": sensor.height,
-        "ExposureTime": taken.exposure_s * 1e6,
-        "ISO": taken.iso,
-        "WhiteLevel": sensor.white_level,
-    }
-    if len(set(sensor.black_level)) == 1:
-        facts["BlackLevel"] = sensor.black_level[0]
-    if taken.temperature_c is not None:
-        facts["DeviceTemperature"] = taken.temperature_c
-    return facts
+    return sidecar_text(
+        cfa=sensor.cfa,
+        bit_depth=sensor.bit_depth,
+        width=sensor.width,
+        height=sensor.height,
+        black_level=sensor.black_level,
+        white_level=(sensor.white_level,),
+        iso=taken.iso,
+        exposure_s=taken.exposure_s,
+        temperature_c=taken.temperature_c,
+    )

@@ -8,6 +8,7 @@ import typer
 from fullwell.cli.characterize import characterize
 from fullwell.cli.chart import chart
 from fullwell.cli.compare import compare
+from fullwell.cli.convert import convert
 from fullwell.cli.demo import demo
 from fullwell.cli.index import index
 from fullwell.cli.inspect import inspect
@@ -24,6 +25,7 @@ app = typer.Typer(rich_markup_mode=None, add_completion=False, pretty_exceptions
 app.command(help=summary_of("characterize"), context_settings=_CONTEXT)(characterize)
 app.command(help=summary_of("chart"), context_settings=_CONTEXT)(chart)
 app.command(help=summary_of("compare"), context_settings=_CONTEXT)(compare)
+app.command(help=summary_of("convert"), context_settings=_CONTEXT)(convert)
 app.command(help=summary_of("demo"), context_settings=_CONTEXT)(demo)
 app.command(help=summary_of("index"), context_settings=_CONTEXT)(index)
 app.command(help=summary_of("inspect"), context_settings=_CONTEXT)(inspect)

@@ -90,7 +90,7 @@ def print_panel(console: Console, inspection: Inspection) -> None:
 
 def _facts(header: RawHeader, content: Content | None) -> Iterator[tuple[str, str]]:
     yield "format", f"{header.format}, compression {header.compression}"
-    yield "camera", " ".join(part for part in (header.make, header.model) if part) or "unknown"
+    yield "camera", _camera(header)
     yield "visible", f"{header.width} x {header.height} pixels"
     area = header.active_area
     yield "stored", f"{header.raw_width} x {header.raw_height}, active area from row {area.top}, column {area.left}"
@@ -123,6 +123,13 @@ def _told(content: Content) -> Iterator[tuple[str, str]]:
     yield "codes", ", ".join(codes)
     if content.order.order.names:
         yield "CFA by content", " or ".join(content.order.order.names)
+
+
+def _camera(header: RawHeader) -> str:
+    """Return make and model; many models begin with their make."""
+    make, model = header.make or "", header.model or ""
+    named = model if model.casefold().startswith(make.casefold()) else f"{make} {model}"
+    return named.strip() or make or "unknown"
 
 
 def print_table(console: Console, inspections: Sequence[Inspection]) -> None:

@@ -10,6 +10,7 @@ COMMANDS: Final = (
     ("characterize", "Measure a sensor from a folder of raw frames, or a study.toml."),
     ("chart", "Measure a noise model from shots of a test chart."),
     ("compare", "Set results side by side: bodies, methods, EMVA against chart."),
+    ("convert", "Convert raw files to DNG or TIFF, mosaic and levels kept."),
     ("demo", "Simulate a known camera, measure it, print truth beside measurement."),
     ("index", "Write a study.toml of a folder, to be corrected by hand."),
     ("inspect", "Tell what raw files are: size, CFA, levels, exposure."),

@@ -20,7 +20,8 @@ def plain_table(*columns: str, title: str | None = None) -> Table:
     """Return an empty table in the house's style; a column whose name starts with ``>`` is aligned to the right."""
     table = Table(box=box.SIMPLE, title=title, title_justify="left", title_style="bold", pad_edge=False)
     for column in columns:
-        table.add_column(column.removeprefix(">"), justify="right" if column.startswith(">") else "left")
+        justify = "right" if column.startswith(">") else "left"
+        table.add_column(column.removeprefix(">"), justify=justify, overflow="fold")
     return table
 
 

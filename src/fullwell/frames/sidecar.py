@@ -106,7 +106,7 @@ def read_sidecar(path: Path) -> SidecarFacts:
 def completed(header: RawHeader, facts: SidecarFacts) -> RawHeader:
     """Return a header with what its sidecar says where the file itself says nothing.
 
-    Levels per site go with a Bayer mosaic only. The bit depth is the sidecar's where the file tells that of its container
+    Levels per site go with a Bayer mosaic only. The bit depth is the sidecar's where the file tells its container's
     alone.
 
     Examples
@@ -144,9 +144,10 @@ def completed(header: RawHeader, facts: SidecarFacts) -> RawHeader:
 
 
 def _levels(values: tuple[float, ...] | None, tag: str, *, cfa: str | None) -> Levels | None:
-    if values is None or (cfa is not None and len(values) > cell(cfa) ** 2):
+    sites = len(values or ()) if cfa is None else cell(cfa) ** 2
+    if values is None or len(values) not in {1, sites}:
         return None
-    return Levels(values=values, source="sidecar", tag=tag)
+    return Levels(values=values if len(values) == sites else values * sites, source="sidecar", tag=tag)
 
 
 def _headerless(settings: Mapping[str, object]) -> HeaderlessFormat | None:

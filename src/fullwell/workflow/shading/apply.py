@@ -19,11 +19,11 @@ from fullwell.render.tone import grey_world, relative
 from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.maps import ShadingMapFile
 from fullwell.workflow.options import Options
+from fullwell.workflow.scenes import Scene, read_scenes, scene_files
 from fullwell.workflow.shading.correction import Corrected, corrected, gain_maps
 from fullwell.workflow.shading.folder import ShadingOutcome, shading_folder, write_document
 from fullwell.workflow.shading.placement import Geometry, Placement, place
 from fullwell.workflow.shading.saved import saved_maps, suitable_map
-from fullwell.workflow.shading.scenes import Scene, read_scenes, scene_files
 
 _MOST_AT_ONCE: Final = 4
 """Scenes in memory at the same time: a large one takes some hundred megabytes."""

@@ -1,4 +1,4 @@
-"""The scenes a shading map is applied to: raw files with their levels and colours known."""
+"""Raw files named one by one, with their levels and colours known: scenes to be corrected, frames to be converted."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.errors import UsageError
+from fullwell.findings import Finding
 from fullwell.frames.levels import black_level, white_level
 from fullwell.frames.reading import Reading, read_all
 from fullwell.frames.selection import Selection
@@ -20,7 +21,7 @@ _SUFFIXES: Final = (".dng", ".tif", ".tiff", ".png")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scene:
-    """One raw file to be corrected.
+    """One raw file to be corrected or converted.
 
     Parameters
     ----------
@@ -36,6 +37,10 @@ class Scene:
         Per CFA site; None where nobody declares one.
     white_level
         Per CFA site.
+    bit_depth
+        From the camera, the sidecar or the file, in this order [bit].
+    findings
+        What reading the header and the sidecar brought to light.
 
     """
 
@@ -45,6 +50,8 @@ class Scene:
     cfa: str
     black_level: Levels | None
     white_level: Levels
+    bit_depth: int
+    findings: tuple[Finding, ...] = ()
 
 
 def scene_files(paths: Sequence[Path]) -> tuple[Path, ...]:
@@ -85,7 +92,8 @@ def read_scenes(files: Sequence[Path], selection: Selection) -> tuple[tuple[Scen
     """
     camera = selection.camera or Camera()
     candidates = [Candidate(name=str(path), path=path, kind=Kind.SCENE) for path in files]
-    readings, excluded = read_all(candidates, camera=camera, cfa=selection.cfa)
+    stated = None if selection.headerless is None else (selection.headerless, "--headerless")
+    readings, excluded = read_all(candidates, camera=camera, cfa=selection.cfa, headerless=stated)
     names = _names([Path(one.frame.name) for one in readings])
     scenes: list[Scene] = []
     refused = list(excluded)
@@ -110,6 +118,8 @@ def _scene(reading: Reading, name: str, *, selection: Selection, camera: Camera)
         cfa=cfa,
         black_level=black_level([reading], selection=selection, camera=camera, cfa=cfa),
         white_level=white or Levels(values=(highest,) * (1 if cfa == MONO else 4), source="default"),
+        bit_depth=reading.bit_depth,
+        findings=reading.findings,
     )
 
 

@@ -12,6 +12,7 @@ from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded, status_of
 
 if TYPE_CHECKING:
+    from fullwell.workflow.convert.convert import ConvertOutcome
     from fullwell.workflow.convert.settings import Compression, FileKind
 
 Target = Annotated[
@@ -87,15 +88,19 @@ def convert(
         options = Options(selection=selection, workers=workers or os.cpu_count() or 1)
         with shown_progress(quiet=quiet) as progress:
             outcome = convert_files(paths, out, options=options, conversion=conversion, kind=chosen, progress=progress)
-        if as_json:
-            import json  # noqa: PLC0415 - one line for those who ask for it
-
-            sys.stdout.write(json.dumps(outcome.document, indent=1, allow_nan=False) + "\n")
-        elif not quiet:
-            from fullwell.cli.convert_summary import print_converted  # noqa: PLC0415 - as above
-
-            print_converted(outcome)
+        _tell(outcome, as_json=as_json, quiet=quiet)
         raise typer.Exit(status_of(outcome.findings))
+
+
+def _tell(outcome: "ConvertOutcome", *, as_json: bool, quiet: bool) -> None:
+    if as_json:
+        import json  # noqa: PLC0415 - one line for those who ask for it
+
+        sys.stdout.write(json.dumps(outcome.document, indent=1, allow_nan=False) + "\n")
+    elif not quiet:
+        from fullwell.cli.convert_summary import print_converted  # noqa: PLC0415 - `--help` does not need it
+
+        print_converted(outcome)
 
 
 def _kind(text: str | None) -> "FileKind | None":

@@ -28,6 +28,21 @@ def inspect(
             "--sheet", parser=path_from, metavar="PNG", help="Contact sheet of --guess; NAME_guesses.png by default."
         ),
     ] = None,
+    preview: Annotated[
+        Path | None,
+        typer.Option(
+            "--preview",
+            parser=path_from,
+            metavar="PNG",
+            help="Draw picture, colour planes and codes; of several files PNG-NAME.png each.",
+        ),
+    ] = None,
+    cfa_sheet: Annotated[
+        Path | None,
+        typer.Option(
+            "--cfa-sheet", parser=path_from, metavar="PNG", help="Render the four CFA orders, to choose by eye."
+        ),
+    ] = None,
     as_json: Json = False,
     verbose: Verbose = False,
     _version: Version = False,
@@ -46,13 +61,29 @@ def inspect(
         stated = None if headerless is None else parse_format(headerless)
         inspections = [inspect_file(path, headerless=stated) for path in files]
         _require_one_readable(inspections)
+        drawn = _draw(inspections, preview=preview, cfa_sheet=cfa_sheet)
         if as_json:
             from fullwell.cli.inspection_tables import document  # noqa: PLC0415 - as above
 
             sys.stdout.write(json.dumps([document(one) for one in inspections], indent=1, allow_nan=False) + "\n")
         else:
             _tell(inspections)
+            sys.stdout.writelines(f"Drawn: {path}\n" for path in drawn)
         raise typer.Exit(status_of(finding for one in inspections for finding in one.findings))
+
+
+def _draw(inspections: Sequence["Inspection"], *, preview: Path | None, cfa_sheet: Path | None) -> list[Path]:
+    """Draw what was asked for of every file whose pixels can be read."""
+    if preview is None and cfa_sheet is None:
+        return []
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+    from fullwell.workflow.previews import orders_of, preview_of, write_sheets  # noqa: PLC0415 - as above
+
+    headers = [one.header for one in inspections if one.header is not None and one.content is not None]
+    if not headers:
+        raise UsageError("There is nothing to draw: no pixels can be read. `fullwell inspect` alone says why.")
+    wanted = ((preview, preview_of), (cfa_sheet, orders_of))
+    return [target for path, draw in wanted if path is not None for target in write_sheets(headers, path, draw=draw)]
 
 
 def _require_files(files: Sequence[Path]) -> None:

@@ -59,8 +59,7 @@ def inspect(
             tell_guesses(files, sheet=sheet, as_json=as_json)
             return
         stated = None if headerless is None else parse_format(headerless)
-        inspections = [inspect_file(path, headerless=stated) for path in files]
-        _require_one_readable(inspections)
+        inspections = _readable([inspect_file(path, headerless=stated) for path in files])
         drawn = _draw(inspections, preview=preview, cfa_sheet=cfa_sheet)
         if as_json:
             from fullwell.cli.inspection_tables import document  # noqa: PLC0415 - as above
@@ -96,12 +95,14 @@ def _require_files(files: Sequence[Path]) -> None:
             raise UsageError(f"{path} is a folder; name files, or index the folder with `fullwell index`.")
 
 
-def _require_one_readable(inspections: Sequence["Inspection"]) -> None:
+def _readable(inspections: Sequence["Inspection"]) -> Sequence["Inspection"]:
+    """Return inspections of which one has a header at least."""
     from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
 
     if all(one.header is None for one in inspections):
         said = [f"{one.path}: {finding.message.rstrip('.')}." for one in inspections for finding in one.findings]
         raise UsageError("\n  ".join(said))
+    return inspections
 
 
 def _tell(inspections: Sequence["Inspection"]) -> None:

@@ -134,14 +134,15 @@ def _camera(header: RawHeader) -> str:
 
 def print_table(console: Console, inspections: Sequence[Inspection]) -> None:
     """Print one line per file, then what there is to say about them."""
+    names = [one.path.name for one in inspections]
     table = plain_table("file", "format", ">size", "CFA", ">bits", ">black", ">white", ">ISO", ">exposure")
     for one in inspections:
-        header = one.header
+        header, name = one.header, one.path.name if names.count(one.path.name) < 2 else str(one.path)
         if header is None:
-            table.add_row(escape(str(one.path)), "unreadable")
+            table.add_row(escape(name), "unreadable")
             continue
         table.add_row(
-            escape(str(one.path)),
+            escape(name),
             header.format,
             f"{header.width} x {header.height}",
             header.cfa or "?",

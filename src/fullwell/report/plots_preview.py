@@ -87,9 +87,9 @@ def preview_png(preview: Preview) -> bytes:
     with style():
         figure = Figure(figsize=_SIZE_IN, layout="constrained")
         figure.suptitle(preview.title, x=0.008, ha="left", fontsize=13, fontweight="bold")
-        above, below = figure.subfigures(2, 1, height_ratios=(1.75, 1.0))
+        above, below = np.ravel(figure.subfigures(2, 1, squeeze=False, height_ratios=(1.75, 1.0)))
         above.suptitle(preview.subtitle, x=0.008, ha="left", fontsize=9.5, color=QUIET)
-        left, right = above.subfigures(1, 2, width_ratios=(1.55, 1.0))
+        left, right = np.ravel(above.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0)))
         seen = left.subplots()
         _show(seen, preview.picture, title="Picture")
         seen.set_xlabel(preview.caption, fontsize=8, color=QUIET)

@@ -72,8 +72,8 @@ def orders_of(header: RawHeader, mosaic: NDArray[np.uint16]) -> bytes:
         views.append(OrderView(order=f"{order}{told}", picture=_shown(small), detail=_shown(rgb[detail])))
     return orders_png(
         header.path.name,
-        "Choose by eye. Greens in the wrong place: grey colours, and a maze of pixels in the detail. Red and blue changed "
-        "over: skin and bricks are blue. Each is white balanced by its own mean.",
+        "Choose by eye. Greens in the wrong place: grey colours, and a maze of pixels in the detail. Red and blue "
+        "changed over: skin and bricks are blue. Each is white balanced by its own mean.",
         views,
     )
 
@@ -201,9 +201,7 @@ def _colourful(light: FloatImage) -> tuple[int, int]:
 
 
 def _stretch(bright: float) -> str:
-    return (
-        f"{1.0 / bright:.3g} times as bright as white level says" if abs(bright - 1.0) > 0.005 else "as bright as it is"
-    )
+    return f"{1.0 / bright:.3g} times as bright as the white level has it"
 
 
 def _subtitle(header: RawHeader) -> str:

@@ -19,7 +19,7 @@ def print_converted(outcome: ConvertOutcome) -> None:
     for one in files:
         console.print(escape(f"{one['path']} -> {one['out']}"))
         console.print(f"  {_scale(one)}", style="dim")
-    alone = len(files) == 1 and all(one.files == (str(files[0]["path"]),) for one in outcome.findings)
+    alone = len(files) == 1 and all(len(one.files) == 1 for one in outcome.findings)
     print_findings(console, [replace(one, files=()) for one in outcome.findings] if alone else outcome.findings)
     console.print(f"{len(files)} converted. Dates, lens, maker notes and previews are not carried over.")
 

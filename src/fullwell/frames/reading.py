@@ -18,8 +18,8 @@ from fullwell.frames.series import CONTAINER_BITS, Camera, Exclusion, Frame, Kin
 from fullwell.frames.sidecar import SidecarFacts, completed, read_sidecar, sidecar_of
 from fullwell.frames.source import Candidate, Given
 from fullwell.raw.headerless_format import HeaderlessFormat
-from fullwell.raw.open import read_headers
 from fullwell.raw.image import RawHeader
+from fullwell.raw.open import read_headers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fullwell.errors import UsageError
 from fullwell.raw.cfa import BAYER, MONO, cell, channels
 from fullwell.raw.image import Levels, RawHeader
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.raw.tiff_file import write_whole
 from fullwell.render.demosaic import demosaic
 from fullwell.render.picture import reduced, upright
@@ -109,7 +109,7 @@ def write_sheets(headers: Sequence[RawHeader], path: Path, *, draw: Draw) -> tup
     if any(target.exists() and target.samefile(header.path) for target in targets for header in headers):
         raise UsageError(f"{path} would replace a raw file; give another name.")
     for header, target in zip(headers, targets, strict=True):
-        write_whole(target, [draw(header, decode(header, header.path.read_bytes()))])
+        write_whole(target, [draw(header, decode(header, read_bytes(header)))])
     return tuple(targets)
 
 

@@ -27,6 +27,8 @@ class Scene:
     ----------
     path
         The file.
+    frame
+        Which of the frames of the file it is, ``#3``; empty where there is one only.
     name
         Its files' name without a suffix, different for every scene.
     header
@@ -45,6 +47,7 @@ class Scene:
     """
 
     path: Path
+    frame: str
     name: str
     header: RawHeader
     cfa: str
@@ -112,7 +115,8 @@ def _scene(reading: Reading, name: str, *, selection: Selection, camera: Camera)
     white = white_level([reading], selection=selection, camera=camera, cfa=cfa, bit_depth=reading.bit_depth)
     highest = float(2**reading.bit_depth - 1)
     return Scene(
-        path=Path(reading.frame.name),
+        path=header.path,
+        frame=reading.frame.name.removeprefix(str(header.path)),
         name=name,
         header=header,
         cfa=cfa,

@@ -10,7 +10,7 @@ from fullwell.findings import Finding, Severity
 from fullwell.workflow.convert.kept import conversion_findings
 from fullwell.workflow.convert.recoding import Recoded, recoded
 from fullwell.workflow.convert.settings import Conversion, FileKind
-from fullwell.workflow.convert.targets import planned
+from fullwell.workflow.convert.targets import frame_target, planned, require_free
 from fullwell.workflow.convert.writing import write_converted, written_black
 from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.options import Options
@@ -76,23 +76,26 @@ def convert(
         Where nothing can be converted, or a file would be replaced that must not be; nothing was written then.
 
     """
-    plan = planned(paths, out, kind=kind, overwrite=conversion.overwrite)
-    targets = {str(source): target for source, target in plan.targets}
+    plan = planned(paths, out, kind=kind)
+    places = {str(source): target for source, target in plan.targets}
     scenes, excluded = read_scenes([source for source, _target in plan.targets], options.selection)
     refused = [
         Finding(code=one.code, severity=Severity.ERROR, message=_sentence(one.reason), files=(one.name,))
         for one in excluded
     ]
+    targets = [frame_target(places[str(scene.path)], scene.frame) for scene in scenes]
+    require_free(plan, targets, overwrite=conversion.overwrite)
     if progress is not None:
         progress.start(len(scenes))
 
-    def work(scene: Scene) -> _Done:
-        done = _attempt(scene, targets[str(scene.path)], conversion, kind=plan.kind)
+    def work(planned_frame: tuple[Scene, Path]) -> _Done:
+        scene, target = planned_frame
+        done = _attempt(scene, target, conversion, kind=plan.kind)
         if progress is not None:
             progress.advance()
         return done
 
-    outcomes = in_threads(work, scenes, workers=min(options.workers, _MOST_AT_ONCE))
+    outcomes = in_threads(work, zip(scenes, targets, strict=True), workers=min(options.workers, _MOST_AT_ONCE))
     findings = _merged((*refused, *(one for done in outcomes for one in done.findings)))
     said = [done.said for done in outcomes if done.said is not None]
     if not said:
@@ -121,7 +124,7 @@ def _said(scene: Scene, done: Recoded, written: Sequence[Path], *, kind: FileKin
     height, width = codes.mosaic.shape
     picture = done.rgb is not None
     return {
-        "path": str(scene.path),
+        "path": f"{scene.path}{scene.frame}",
         "out": str(written[0]),
         "sidecar": str(written[1]) if len(written) > 1 else None,
         "format": kind,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fullwell.frames.series import CONTAINER_BITS
 from fullwell.raw.cfa import MONO, channels
 from fullwell.raw.image import Area
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.render.tone import grey_world, relative
 from fullwell.workflow.convert.codes import Clipped, Codes, coloured, shifted, stretched
 from fullwell.workflow.convert.settings import Conversion, FileKind
@@ -65,7 +65,7 @@ def recoded(scene: Scene, conversion: Conversion, *, kind: FileKind) -> Recoded:
     """
     header = scene.header
     area = _kept_area(scene) if kind == "dng" and not conversion.rescales else header.active_area
-    mosaic = decode(replace(header, active_area=area), scene.path.read_bytes())
+    mosaic = decode(replace(header, active_area=area), read_bytes(header))
     codes = Codes(
         mosaic=mosaic,
         black_level=scene.black_level and scene.black_level.values,

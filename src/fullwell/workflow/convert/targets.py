@@ -36,7 +36,7 @@ class Plan:
     targets: tuple[tuple[Path, Path], ...]
 
 
-def planned(paths: Sequence[Path], out: Path, *, kind: FileKind | None, overwrite: bool) -> Plan:
+def planned(paths: Sequence[Path], out: Path, *, kind: FileKind | None) -> Plan:
     """Settle where each file goes.
 
     A folder receives files under their names below the folder that all sources have in common; files of one stem keep
@@ -50,13 +50,11 @@ def planned(paths: Sequence[Path], out: Path, *, kind: FileKind | None, overwrit
         A file ending in .dng, .tif or .tiff for one source, else a folder.
     kind
         What to write; None takes the ending of ``out``, and DNG in a folder.
-    overwrite
-        Whether targets may exist.
 
     Raises
     ------
     UsageError
-        Where a source is missing, a target exists, or would replace a file that is read.
+        Where a source is missing, or ``out`` does not go with the sources.
 
     """
     sources = _sources(paths, out)
@@ -73,7 +71,6 @@ def planned(paths: Sequence[Path], out: Path, *, kind: FileKind | None, overwrit
         plan = Plan(
             kind=chosen, targets=tuple((source, out / name) for source, name in zip(sources, names, strict=True))
         )
-    _require_free(plan, overwrite=overwrite)
     return plan
 
 
@@ -129,8 +126,37 @@ def _names(sources: Sequence[Path], *, root: Path, suffix: str) -> list[Path]:
     ]
 
 
-def _require_free(plan: Plan, *, overwrite: bool) -> None:
-    written = [path for _source, target in plan.targets for path in _written(target, plan.kind)]
+def frame_target(target: Path, frame: str) -> Path:
+    """Return where one of several frames of a file goes.
+
+    Examples
+    --------
+    >>> frame_target(Path("out/burst.dng"), "#07").name, frame_target(Path("out/single.dng"), "").name
+    ('burst-07.dng', 'single.dng')
+
+    """
+    return target.with_stem(f"{target.stem}{frame.replace('#', '-')}")
+
+
+def require_free(plan: Plan, targets: Sequence[Path], *, overwrite: bool) -> None:
+    """Refuse to write where something is that must stay.
+
+    Parameters
+    ----------
+    plan
+        What is read.
+    targets
+        Every file that would be written, but for sidecars.
+    overwrite
+        Whether targets may exist.
+
+    Raises
+    ------
+    UsageError
+        Where a target exists, or would replace a file that is read.
+
+    """
+    written = [path for target in targets for path in _written(target, plan.kind)]
     read = {os.path.realpath(path) for source, _target in plan.targets for path in (source, sidecar_of(source)) if path}
     for path in written:
         if os.path.realpath(path) in read:

@@ -96,14 +96,14 @@ def _options(
     selection: "Selection", *, tile: int | None, workers: int | None, profile: str | None, legacy_black: str
 ) -> "Options":
     from fullwell.cli.parsing import legacy_black_from, tile_from  # noqa: PLC0415 - as above
-    from fullwell.workflow.measure.emva.measure import profile_named  # noqa: PLC0415 - as above
+    from fullwell.workflow.measure.emva.measure import profiles_named  # noqa: PLC0415 - as above
     from fullwell.workflow.options import Options  # noqa: PLC0415 - as above
 
     return Options(
         selection=selection,
         tile=tile_from(tile),
         workers=workers or os.cpu_count() or 1,
-        profile=None if profile is None else profile_named(profile),
+        profiles=() if profile is None else profiles_named(profile),
         legacy_black_subtracted=legacy_black_from(legacy_black),
     )
 

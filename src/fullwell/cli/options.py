@@ -86,7 +86,8 @@ Profile = Annotated[
     typer.Option(
         "--profile",
         metavar="ID",
-        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, or emva1288-py-1.0 for the figures of that package.",
+        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, emva1288-py-1.0 for the figures of that package, or both "
+        "with a comma between them.",
     ),
 ]
 Workers = Annotated[

@@ -123,8 +123,8 @@ def measure(
             progress=progress,
             keep=MEASURED_KINDS,
             scratch=Path(scratch),
-            pairs=options.profile is not None,
-            least_kept=1 if options.profile is None else FEWEST_FRAMES,
+            pairs=bool(options.profiles),
+            least_kept=FEWEST_FRAMES if options.profiles else 1,
         )
         return _measured(study, measured, reduction, options=options, tile=tile, folder=folder, progress=progress)
 
@@ -144,7 +144,7 @@ def _measured(
     isos: list[IsoMeasurement] = []
     responses: list[ResponsePicture] = []
     for group in groups:
-        one = measure_iso(study, group, workers=options.workers, profile=options.profile)
+        one = measure_iso(study, group, workers=options.workers, profiles=options.profiles)
         if folder is not None:
             write_iso_maps(study, one, folder / "maps")
             responses += response_pictures(study, one)
@@ -220,5 +220,5 @@ def _settings(options: Options, tile: int) -> Mapping[str, object]:
         "tile": tile,
         "crop": None if selection.crop is None else list(selection.crop),
         "legacy_black": "subtracted" if options.legacy_black_subtracted else "kept",
-        "profile": options.profile,
+        "profile": list(options.profiles),
     }

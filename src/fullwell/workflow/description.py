@@ -43,6 +43,7 @@ def describe(
         "bit_depth": study.bit_depth,
         "black_level": _levels(study.black_level),
         "white_level": _levels(study.white_level),
+        "light": {name: value for name, value in asdict(study.light).items() if value is not None},
         "settings": settings,
         **more,
         "series": [_series(series, gone) for series in study.series],
@@ -72,6 +73,8 @@ def _series(series: Series, gone: set[str]) -> Mapping[str, object]:
         "iso": series.iso,
         "exposure_s": series.exposure_s,
         "temperature_c": series.temperature_c,
+        "photons": series.photons,
+        "stack": series.stack,
         "frames": sum(frame.name not in gone for frame in series.frames),
     }
 

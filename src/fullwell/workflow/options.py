@@ -19,8 +19,8 @@ class Options:
         less, so that a smooth surface over a tile can follow the shading.
     workers
         Threads; results never depend on their number.
-    profile
-        Profile of EMVA 1288 to evaluate by, beside all else; None for none.
+    profiles
+        Profiles of EMVA 1288 to evaluate by, beside all else.
     legacy_black_subtracted
         Whether the published study's tables have the black level subtracted first; as published it is left in.
 
@@ -29,5 +29,5 @@ class Options:
     selection: Selection = field(default_factory=Selection)
     tile: int | None = None
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
-    profile: str | None = None
+    profiles: tuple[str, ...] = ()
     legacy_black_subtracted: bool = False

@@ -104,7 +104,8 @@ def _split(moments: StackMoments, *, pixel_gain: float, line_gain: float) -> Spl
     column = column_means / line_gain - pixel / rows
     row = row_means / line_gain - pixel / columns
     inflated = (PIXEL_SPREAD, LINE_SPREAD) if moments.filtered else (1.0, 1.0)
-    spread = _spread(moments.measured, rows * columns) * inflated[0]
+    unexplained = max(moments.measured - moments.column_means - moments.row_means, 0.0)
+    spread = _spread(unexplained, rows * columns) * inflated[0]
     temporal_error = left * np.sqrt(2.0 / (rows * columns * max(moments.frames - 1, 1)))
     pixel_error = float(np.hypot(spread, temporal_error)) / pixel_gain
     of_lines = inflated[1] / line_gain

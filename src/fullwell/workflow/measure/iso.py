@@ -1,5 +1,6 @@
 """Everything measured at one ISO, in the order one figure needs another."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fullwell.frames.series import Study
@@ -56,7 +57,7 @@ class IsoMeasurement:
     shadings: tuple[BurstShading, ...]
 
 
-def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profile: str | None = None) -> IsoMeasurement:
+def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequence[str] = ()) -> IsoMeasurement:
     """Measure levels, noise, dark current, photon transfer, range, fixed pattern and shading at one ISO.
 
     Parameters
@@ -65,15 +66,15 @@ def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profile: str |
         What was taken.
     workers
         Threads; what is measured does not depend on their number.
-    profile
-        Profile of EMVA 1288 to evaluate by beside all that.
+    profiles
+        Profiles of EMVA 1288 to evaluate by beside all that.
 
     """
     with one_algebra_thread():
         measurement, whites = _measured(study, bursts, workers)
-        if profile is None:
+        if not profiles:
             return measurement
-        own, emva = measurement.section, measure_emva(study, bursts, whites, profile=profile)
+        own, emva = measurement.section, measure_emva(study, bursts, whites, profiles=profiles)
         marked = replace(emva, rows=with_recommendations(own.rows, emva.rows))
         return replace(measurement, section=joined((own, marked)))
 

@@ -28,7 +28,7 @@ class _Writer:
 
 
 def sweep_curves(
-    bursts: IsoBursts, channel: str, fits: LinearFits, *, dsnu_e2: float = 0.0, prnu: float = 0.0
+    bursts: IsoBursts, channel: str, fits: LinearFits, *, pattern: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Curve, ...]:
     """Return the curves of Release 4.0 Linear.
 
@@ -36,8 +36,9 @@ def sweep_curves(
     ----------
     bursts, channel, fits
         What was measured.
-    dsnu_e2, prnu
-        Fixed pattern for the model of the total signal-to-noise ratio [e-^2; a fraction].
+    pattern
+        Fixed pattern for the model of the total signal-to-noise ratio: variance in the dark [DN^2], and relative
+        variance of the response.
 
     """
     writer, sweep = _Writer(bursts, channel, LINEAR), fits.sweep
@@ -61,7 +62,7 @@ def sweep_curves(
         errors = np.full(sweep.steps, np.nan)
         errors[fits.in_linearity] = line.deviation_error
         curves.append(_linearity(writer, sweep, fitted, (deviation, errors), fits.in_linearity))
-    model = _snr_model(writer, fits, dsnu_e2=dsnu_e2, prnu=prnu)
+    model = _snr_model(writer, fits, pattern)
     return (*curves, model) if model is not None else tuple(curves)
 
 
@@ -199,7 +200,7 @@ def _snr(writer: _Writer, sweep: Sweep) -> Curve:
     return writer.curve("emva_snr", sweep.steps, columns)
 
 
-def _snr_model(writer: _Writer, fits: LinearFits, *, dsnu_e2: float, prnu: float) -> Curve | None:
+def _snr_model(writer: _Writer, fits: LinearFits, pattern: tuple[float, float]) -> Curve | None:
     """Return the models from half the sensitivity threshold to saturation, equally spaced in their logarithm."""
     gain, response, saturation = fits.system_gain, fits.response, fits.saturation.exposure
     if gain is None or response is None or saturation is None or not fits.by_photons:
@@ -209,6 +210,7 @@ def _snr_model(writer: _Writer, fits: LinearFits, *, dsnu_e2: float, prnu: float
     first = 0.5 * threshold_electrons((variance, gain.line.slope)) / efficiency
     photons = np.geomspace(first, max(saturation, 2.0 * first), _MODEL_POINTS)
     electrons, dark_e2 = efficiency * photons, variance / gain.line.slope**2
+    dsnu_e2, prnu = max(pattern[0], 0.0) / gain.line.slope**2, max(pattern[1], 0.0) ** 0.5
     columns = (
         ("photons", "p", photons),
         ("snr", ONE, snr_model(electrons, dark_e2=dark_e2)),

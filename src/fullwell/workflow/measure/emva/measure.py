@@ -15,7 +15,7 @@ from fullwell.workflow.measure.emva.linear_rows import linear_rows, missing
 from fullwell.workflow.measure.emva.package_rows import evaluate_package, package_rows, why_not
 from fullwell.workflow.measure.emva.spatial_curves import spatial_curves
 from fullwell.workflow.measure.emva.spatial_rows import filtered_rows, package_spatial_rows
-from fullwell.workflow.measure.emva.stacks import Stacks, averages, choose_stacks
+from fullwell.workflow.measure.emva.stacks import Stacks, averages, choose_stacks, pattern_of
 from fullwell.workflow.measure.emva.steps import sweep_findings
 from fullwell.workflow.measure.emva.writer import LINEAR, PACKAGE
 from fullwell.workflow.measure.section import Section, joined
@@ -24,8 +24,8 @@ from fullwell.workflow.measure.white_level import WhiteLevel
 PROFILES = (LINEAR, PACKAGE)
 
 
-def profile_named(name: str) -> str:
-    """Return the id of a profile.
+def profiles_named(text: str) -> tuple[str, ...]:
+    """Return the ids of profiles, one or several with commas between them.
 
     Raises
     ------
@@ -33,13 +33,20 @@ def profile_named(name: str) -> str:
         There is none of that name; the sentence lists them.
 
     """
-    if name not in PROFILES:
-        raise UsageError(f"--profile {name}: give one of {', '.join(PROFILES)}.")
-    return name
+    names = [name.strip() for name in text.split(",")]
+    unknown = [name for name in names if name not in PROFILES]
+    if unknown:
+        raise UsageError(f"--profile {unknown[0]}: give {' or '.join(PROFILES)}, or both with a comma between them.")
+    return tuple(name for name in PROFILES if name in names)
 
 
-def measure_emva(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profile: str) -> Section:
-    """Evaluate the bursts of one ISO by a profile."""
+def measure_emva(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profiles: Sequence[str]) -> Section:
+    """Evaluate the bursts of one ISO by each of some profiles."""
+    found = joined([_measured(study, bursts, whites, profile=profile) for profile in profiles])
+    return replace(found, findings=tuple(dict.fromkeys(found.findings)))
+
+
+def _measured(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profile: str) -> Section:
     sections: list[Section] = []
     for white in whites:
         top_code = float(white.seen) if white.piles_up else None
@@ -51,8 +58,7 @@ def measure_emva(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], 
         stacks = choose_stacks(bursts, white.channel, half_saturation=half)
         of_profile = _linear if profile == LINEAR else _package
         sections.append(of_profile(study, bursts, white.channel, fits, stacks))
-    found = joined(sections)
-    return replace(found, findings=tuple(dict.fromkeys(found.findings)))
+    return joined(sections)
 
 
 def with_recommendations(own: Sequence[Row], rows: Sequence[Row]) -> tuple[Row, ...]:
@@ -78,18 +84,20 @@ def _linear(study: Study, bursts: IsoBursts, channel: str, fits: LinearFits, sta
     findings = [*sweep_findings(bursts, fits.sweep, fits.darks), *_saturation(bursts, channel, fits)]
     findings += _gate(bursts, channel, fits)
     findings += [_missing(bursts, channel, reason) for reason in missing(fits)]
-    curves = sweep_curves(bursts, channel, fits)
     found = None if stacks is None else averages(stacks, channel)
     if stacks is None or found is None:
         findings.append(_no_stacks(bursts, small=stacks is not None))
-        return Section(rows=rows, findings=tuple(findings), curves=curves)
+        return Section(rows=rows, findings=tuple(findings), curves=sweep_curves(bursts, channel, fits))
     if stacks.bright is None:
         findings.append(_missing(bursts, channel, "PRNU: no stack of flats with a stack of darks at its exposure"))
     spatial = filtered_rows(bursts, channel, stacks, found, system_gain=gain)
     return Section(
         rows=(*rows, *spatial),
         findings=(*findings, *_half(bursts, channel, fits, stacks)),
-        curves=(*curves, *spatial_curves(bursts, channel, stacks, found)),
+        curves=(
+            *sweep_curves(bursts, channel, fits, pattern=pattern_of(found)),
+            *spatial_curves(bursts, channel, stacks, found),
+        ),
     )
 
 

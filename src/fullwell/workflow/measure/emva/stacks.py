@@ -1,11 +1,8 @@
 """The two stacks that fixed pattern is measured in: dark, and at half saturation."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from fullwell.figures.emva1288.nonuniformity import Split, StackMoments, split_corrected, split_literal, stack_moments
+from fullwell.figures.emva1288.nonuniformity import Split, StackMoments, split_literal, stack_moments
 from fullwell.figures.emva1288.package import split_unfiltered
 from fullwell.figures.emva1288.sweep import Floats
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
@@ -122,14 +119,17 @@ def averages(stacks: Stacks, channel: str) -> Averages | None:
     )
 
 
+def pattern_of(found: Averages) -> tuple[float, float]:
+    """Return the variance of the dark pattern [DN^2] and the relative variance of the response, signed."""
+    dark = split_literal(found.dark_moments).total
+    if found.bright_moments is None or found.response is None:
+        return dark, 0.0
+    return dark, (split_literal(found.bright_moments).total - dark) / float(found.response.mean()) ** 2
+
+
 def _moments(plane: Floats, burst: Burst, channel: str) -> StackMoments:
     temporal = burst.plane(channel).temporal_variance
     return stack_moments(plane, frames=burst.frames, temporal=temporal, filtered=True)
-
-
-def splits(moments: Sequence[StackMoments]) -> tuple[tuple[Split, Split], ...]:
-    """Return literal and corrected split of each stack."""
-    return tuple((split_literal(one), split_corrected(one)) for one in moments)
 
 
 def unfiltered_split(plane: PlaneStatistics) -> Split:
@@ -143,8 +143,3 @@ def unfiltered_split(plane: PlaneStatistics) -> Split:
         row_means=squares.v * (plane.rows - 1) / (plane.frames * plane.n),
         left=plane.temporal_variance / plane.frames,
     )
-
-
-def finite(values: Floats) -> tuple[float | None, ...]:
-    """Return values for a curve, None where one is not finite."""
-    return tuple(float(value) if np.isfinite(value) else None for value in values)

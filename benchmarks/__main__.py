@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from benchmarks.bursts import against_ccdproc
+from benchmarks.emva import against_package
 from benchmarks.reduction import BURSTS, FRAMES, ONE_SERIES, compressed, uncompressed
 from benchmarks.responses import against_octave, against_reading
 from benchmarks.simulation import against_numpy as simulated_against_numpy
@@ -37,6 +38,7 @@ def main() -> int:
             ),
             lambda: compressed(folder / "compressed"),
             lambda: against_ccdproc(folder),
+            lambda: against_package(folder),
             against_reading,
             lambda: against_octave(folder),
             against_numpy,

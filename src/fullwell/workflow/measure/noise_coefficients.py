@@ -1,5 +1,6 @@
 """The noise model: k_dark, k_shot and k_fpn from temporal and spatial variances together (METHOD 1.4)."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,8 @@ from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
 from fullwell.fit.photon_transfer import fit_burst_photon_transfer
 from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channels
+from fullwell.statistics.series import PlaneStatistics
+from fullwell.statistics.tiles import SURFACE_TERMS, edges
 from fullwell.units import ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
@@ -17,6 +20,7 @@ from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.rounding import phase_aware_dof
 from fullwell.workflow.measure.section import RowWriter, Section
 from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_tiles, pooled_dof
+from fullwell.workflow.measure.unlit import line_noise
 
 METHOD = "gamma-likelihood"
 _NAMES = ("k_dark", "k_shot", "k_fpn")
@@ -48,7 +52,7 @@ def measure_noise_coefficients(
     for level, transfer in zip(levels, transfers, strict=True):
         if transfer.fit is None or level.white_dn is None or level.black is None:
             continue
-        model = _model(level, transfer)
+        model = _model(level, transfer, lines=line_noise(bursts, level.channel))
         if model is None:
             continue
         ks = k_coefficients(
@@ -67,9 +71,9 @@ def measure_noise_coefficients(
     return Section(rows=tuple(rows)), tuple(models)
 
 
-def _model(level: ChannelLevels, transfer: ChannelTransfer) -> ChannelModel | None:
+def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: tuple[float, float]) -> ChannelModel | None:
     chosen = [point for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good]
-    pooled = [one for point in chosen if (one := _pool(point, level)) is not None]
+    pooled = [one for point in chosen if (one := _pool(point, level, lines=lines)) is not None]
     if len(pooled) < 3:
         return None
     fit = fit_burst_photon_transfer(
@@ -114,7 +118,7 @@ class _PooledBurst:
         return self.temporal_dof < 0.25 * self.n
 
 
-def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
+def _pool(point: TransferPoint, level: ChannelLevels, *, lines: tuple[float, float]) -> _PooledBurst | None:
     plane = point.burst.plane(level.channel)
     tiles = plane.tiles
     chosen = admitted_tiles(plane, level.white_dn) & (tiles.spatial_dof > 0)
@@ -122,17 +126,43 @@ def _pool(point: TransferPoint, level: ChannelLevels) -> _PooledBurst | None:
         return None
     pixels, signal = tiles.n[chosen], tiles.mean[chosen] - level.black_dn
     temporal_dof, spatial_dof = tiles.temporal_dof[chosen], tiles.spatial_dof[chosen]
+    spatial_dn2 = tiles.spatial_variance[chosen] + _lines_taken_off(plane, lines)[chosen] / plane.frames
     temporal_dn2 = float((temporal_dof * tiles.temporal_variance[chosen]).sum() / temporal_dof.sum())
     return _PooledBurst(
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
         mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
         temporal_dn2=temporal_dn2,
         temporal_dof=phase_aware_dof(plane, temporal_dn2, pooled_dof(temporal_dof, tiles.temporal_variance[chosen])),
-        spatial_dn2=float((spatial_dof * tiles.spatial_variance[chosen]).sum() / spatial_dof.sum()),
+        spatial_dn2=float((spatial_dof * spatial_dn2).sum() / spatial_dof.sum()),
         spatial_dof=pooled_dof(spatial_dof, tiles.spatial_variance[chosen]),
         frames=plane.frames,
         n=int(pixels.sum()) * plane.frames,
     )
+
+
+def _lines_taken_off(plane: PlaneStatistics, lines: tuple[float, float]) -> NDArray[np.float64]:
+    """Return what the surface of each tile takes off the row and column noise of a frame, shape of the tiles [DN^2].
+
+    Of the m rows of a tile the surface follows three, so a variance that rows share counts m - 3 times its width in
+    the sum of squares where pixels by themselves would count m times the width less six; columns alike.
+    """
+    heights, widths = (edges(side, tile) for side, tile in zip(plane.shape[1:], _tile(plane), strict=True))
+    rows, columns = heights[:, np.newaxis].astype(np.float64), widths[np.newaxis, :].astype(np.float64)
+    dof = np.maximum(rows * columns - SURFACE_TERMS, 1.0)
+    row, column = lines
+    return row * (1.0 - columns * (rows - 3.0) / dof) + column * (1.0 - rows * (columns - 3.0) / dof)
+
+
+def _tile(plane: PlaneStatistics) -> tuple[int, int]:
+    """Return rows and columns of a whole tile: square but where the plane has one tile across or down."""
+    _, rows, columns = plane.shape
+    down, across = plane.tiles.n.shape
+    pixels = int(plane.tiles.n[0, 0])
+    if down == 1:
+        return rows, pixels // rows
+    if across == 1:
+        return pixels // columns, columns
+    return math.isqrt(pixels), math.isqrt(pixels)
 
 
 def _variances(ks: NoiseCoefficientFit) -> tuple[Measured, Measured, Measured]:

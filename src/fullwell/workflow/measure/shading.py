@@ -13,7 +13,6 @@ from fullwell.fit.shading.data import ShadingData, shading_data
 from fullwell.fit.shading.extent import corner_and_edges, residual_rms
 from fullwell.fit.shading.selection import ShadingFits, fit_shading
 from fullwell.fit.shading.surface import ShadingModel
-from fullwell.fit.variance_components import variance_components
 from fullwell.frames.series import Camera
 from fullwell.statistics.bins import bin_plane, bin_size
 from fullwell.statistics.series import PlaneStatistics
@@ -23,6 +22,7 @@ from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.nonuniformity import ChannelPattern
 from fullwell.workflow.measure.section import RowWriter, Section
+from fullwell.workflow.measure.unlit import line_noise
 
 USUAL_PRNU = 0.01
 """Weight of the pixels' own scatter where it was not measured."""
@@ -79,7 +79,7 @@ def measure_shading(
     def fit(task: tuple[Burst, ChannelLevels]) -> ChannelShading | str:
         burst, level = task
         relative = prnu.get(level.channel, USUAL_PRNU)
-        return _fit(burst, level, prnu=relative, lines=_line_noise(bursts, level.channel), camera=camera)
+        return _fit(burst, level, prnu=relative, lines=line_noise(bursts, level.channel), camera=camera)
 
     fitted = in_threads(fit, tasks, workers=workers)
     shadings: list[BurstShading] = []
@@ -99,16 +99,6 @@ def measure_shading(
 
 def _relative(pattern: ChannelPattern) -> float:
     return USUAL_PRNU if pattern.prnu is None else math.sqrt(max(pattern.prnu.total.value, 0.0))
-
-
-def _line_noise(bursts: IsoBursts, channel: str) -> tuple[float, float]:
-    """Return the temporal row and column variance of one frame, from unlit frames [DN^2]; 0 where these are missing."""
-    for burst in bursts.unlit:
-        if burst.frames > 1:
-            plane = burst.plane(channel)
-            parts = variance_components(plane.mean_squares, plane.shape)
-            return max(parts.tv.value, 0.0), max(parts.th.value, 0.0)
-    return 0.0, 0.0
 
 
 def _fit(

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from fullwell.findings import Finding, Severity
 from fullwell.fit.censored import is_clipped_low
+from fullwell.fit.variance_components import variance_components
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.white_level import WhiteLevel
@@ -39,6 +40,16 @@ def usable_unlit(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> tuple[IsoBu
         )
         findings.append(Finding(code="black-clipped", severity=Severity.WARNING, message=message))
     return kept, tuple(findings)
+
+
+def line_noise(bursts: IsoBursts, channel: str) -> tuple[float, float]:
+    """Return the temporal row and column variance of one frame, from unlit frames [DN^2]; 0 where these are missing."""
+    for burst in bursts.unlit:
+        if burst.frames > 1:
+            plane = burst.plane(channel)
+            parts = variance_components(plane.mean_squares, plane.shape)
+            return max(parts.tv.value, 0.0), max(parts.th.value, 0.0)
+    return 0.0, 0.0
 
 
 def _saturates(burst: Burst, white: WhiteLevel) -> bool:

@@ -19,7 +19,9 @@ CONSISTENT: Final = 4.0
 """Largest |r| of a level that still follows the photon transfer curve."""
 
 _ADC_FLAG: Final = "adc-limited"
-_LOWER_BOUND: Final = "lower-bound"
+LOWER_BOUND: Final = "lower-bound"
+GRID_LIMITED: Final = "grid-limited"
+_NORMAL_975: Final = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +33,8 @@ class SaturationLevel:
     signal
         The level; its interval is the bracket [DN].
     flags
-        ``adc-limited`` where the converter is the limit, ``lower-bound`` where the frames do not reach saturation.
+        ``adc-limited`` where the converter is the limit, ``lower-bound`` where the frames do not reach saturation,
+        ``grid-limited`` where the interval is the bracket.
 
     """
 
@@ -40,7 +43,12 @@ class SaturationLevel:
 
 
 def temporal_variance_peak(
-    signal_dn: ArrayLike, variance_dn2: ArrayLike, clipped_fraction: ArrayLike, *, ceiling_dn: float | None = None
+    signal_dn: ArrayLike,
+    variance_dn2: ArrayLike,
+    clipped_fraction: ArrayLike,
+    *,
+    ceiling_dn: float | None = None,
+    std_error_dn: ArrayLike = 0.0,
 ) -> SaturationLevel:
     """Return the signal with the largest temporal variance, with the levels that bracket the peak (METHOD 7a).
 
@@ -54,6 +62,8 @@ def temporal_variance_peak(
         Share of values on the highest code there [1].
     ceiling_dn
         White level less black level: upper end of the bracket where the peak is the last level [DN].
+    std_error_dn
+        Of the means: the ends of the bracket are known no better, and a full pixel lies on the upper one [DN].
 
     Returns
     -------
@@ -62,13 +72,14 @@ def temporal_variance_peak(
         bracket. Where the variance still rises at the last level, that level is a lower bound.
 
     """
-    signal, variance, clipped = _sorted(signal_dn, variance_dn2, clipped_fraction)
+    errors = np.broadcast_to(np.asarray(std_error_dn, np.float64), np.shape(signal_dn))
+    signal, variance, clipped, doubt = _sorted(signal_dn, variance_dn2, clipped_fraction, _NORMAL_975 * errors)
     peak = int(np.argmax(variance))
     last = peak == signal.size - 1
-    below = None if last or peak == 0 else float(signal[peak - 1])
-    above = ceiling_dn if last else float(signal[peak + 1])
+    below = None if last or peak == 0 else float(signal[peak - 1] - doubt[peak - 1])
+    above = ceiling_dn if last else float(signal[peak + 1] + doubt[peak + 1])
     adc_limited = not last and bool(clipped[peak + 1 :].max() > ADC_LIMITED)
-    flags = (*((_ADC_FLAG,) if adc_limited else ()), *((_LOWER_BOUND,) if last else ()))
+    flags = (*((_ADC_FLAG,) if adc_limited else ()), *((LOWER_BOUND,) if last else ()))
     return _bracketed(float(signal[peak]), below, above, flags=flags)
 
 
@@ -132,7 +143,7 @@ def last_consistent_level(
     at = int(consistent[-1])
     last = at == signal.size - 1
     above = ceiling_dn if last else float(signal[at + 1])
-    flags = (_LOWER_BOUND,) if last else ()
+    flags = (LOWER_BOUND,) if last else ()
     return _bracketed(float(signal[at]), None, above, flags=flags)
 
 
@@ -143,6 +154,7 @@ def _bracketed(value: float, low: float | None, high: float | None, *, flags: tu
         measured = Measured.exact(value, DN)
     else:
         measured = Measured.interval(value, (high - bottom) / math.sqrt(12.0), (bottom, high), DN)
+        flags = (*flags, GRID_LIMITED)
     return SaturationLevel(signal=measured, flags=flags)
 
 

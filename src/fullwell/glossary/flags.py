@@ -18,6 +18,10 @@ FLAGS: Final = tuple(
         ("quantization-limited", "The noise is so small against one code that its variance hardly tells."),
         ("upper-limit", "The variance came out at or below zero: only the upper end of the interval is known."),
         ("lower-bound", "The true value is at least this."),
+        (
+            "grid-limited",
+            "Read off a grid of levels: the interval is their bracket or follows from it, the error is no Student's.",
+        ),
         ("adc-limited", "The rail of the converter, not the pixel, sets the limit."),
         ("model-misfit", "Goodness of fit beyond the 99 % point: the errors are scaled up, the model is in doubt."),
         ("mixed", "Temporal noise and fixed pattern could not be told apart."),

@@ -11,7 +11,7 @@ from fullwell.figures.conversions import to_electrons
 from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.ratios import Ratio
 from fullwell.figures.results import Column, Curve, Row
-from fullwell.figures.saturation import SaturationLevel, plateau, temporal_variance_peak
+from fullwell.figures.saturation import GRID_LIMITED, LOWER_BOUND, SaturationLevel, plateau, temporal_variance_peak
 from fullwell.figures.snr import snr_curve, snr_maximum
 from fullwell.findings import Finding, Severity
 from fullwell.glossary import SNR_THRESHOLDS
@@ -55,7 +55,7 @@ def measure_range(
         rows += _saturation_rows(bursts, level.channel, system_gain, peak, top)
         rows += _ratio_rows(bursts, transfer.channel, model, peak)
         curves.append(_snr_curve(bursts, transfer, model, peak))
-        if "lower-bound" in peak.flags:
+        if LOWER_BOUND in peak.flags:
             short.append(level.channel)
     return Section(rows=tuple(rows), findings=_findings(bursts, short), curves=tuple(curves))
 
@@ -75,10 +75,13 @@ def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[S
     variance = np.array([np.average(plane.tiles.temporal_variance[bright], weights=weights) for plane in planes])
     clipped = np.array([np.average(share[bright], weights=weights) for share in shares])
     ceiling_dn = None if level.white_dn is None else level.white_dn - level.black_dn
-    peak = temporal_variance_peak(signal - level.black_dn, variance, clipped, ceiling_dn=ceiling_dn)
-    if "lower-bound" in peak.flags:
-        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN))
-    errors = np.array([plane.mean_std_error or 0.0 for plane in planes])
+    black = 0.0 if level.black is None else level.black.std_error or 0.0
+    errors = np.hypot([plane.mean_std_error or 0.0 for plane in planes], black)
+    peak = temporal_variance_peak(
+        signal - level.black_dn, variance, clipped, ceiling_dn=ceiling_dn, std_error_dn=errors
+    )
+    if LOWER_BOUND in peak.flags:
+        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN), flags=(LOWER_BOUND,))
     return peak, plateau(signal - level.black_dn, clipped, errors) if len(flats) > 1 else None
 
 
@@ -128,7 +131,7 @@ def _in_electrons(found: SaturationLevel, system_gain: Measured) -> Measured:
 
 
 def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: SaturationLevel) -> tuple[Row, ...]:
-    flags = tuple(flag for flag in peak.flags if flag == "lower-bound")
+    flags = tuple(flag for flag in peak.flags if flag in {LOWER_BOUND, GRID_LIMITED})
     write = RowWriter(bursts=bursts).row
     rows: list[Row] = []
     try:
@@ -163,7 +166,7 @@ def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: Satura
 
 def _bounded(peak: SaturationLevel, *figures: Measured) -> tuple[Measured, ...]:
     """Return the figures, without an interval where saturation was not reached: then they are lower bounds."""
-    if "lower-bound" in peak.flags:
+    if LOWER_BOUND in peak.flags:
         return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
     return figures
 

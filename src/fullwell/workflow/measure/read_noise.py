@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fullwell.figures.results import Row
+from fullwell.figures.saturation import GRID_LIMITED
 from fullwell.findings import Finding, Severity
 from fullwell.fit.censored import fit_censored_normal, trim_hot_pixels
 from fullwell.fit.legacy.read_noise import legacy_read_noise
@@ -156,7 +157,7 @@ def _tail_rows(bursts: IsoBursts, burst: Burst, plane: PlaneStatistics) -> tuple
     excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row
     n = plane.n * plane.frames
-    flags = (*typical.flags, *(() if burst.kind is Kind.BIAS else ("mixed",)))
+    flags = (*typical.flags, GRID_LIMITED, *(() if burst.kind is Kind.BIAS else ("mixed",)))
     return (
         write(READ_NOISE, plane.channel, "median-pixel", typical.noise, source="METHOD 3.6", n=n, flags=flags),
         write("read_noise_excess", plane.channel, "scatter-ratio", excess, source="METHOD 3.6", n=n, recommended=True),

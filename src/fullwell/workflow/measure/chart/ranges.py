@@ -12,6 +12,8 @@ from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.results import Row
 from fullwell.figures.saturation import (
     ADC_LIMITED,
+    GRID_LIMITED,
+    LOWER_BOUND,
     SaturationLevel,
     last_consistent_level,
     plateau,
@@ -105,14 +107,15 @@ def _saturation(
     clipped = np.array([point.clipped_high for point in points])
     variance = np.array([noise_of(shots, point) for point in points])
     order = np.argsort(signal, kind="stable")
+    error = np.array([(point.variance_dn2 / (point.n * point.frames)) ** 0.5 for point in points])
     dof = np.array([point.dof for point in points])
     if _turns(variance[order], dof[order], clipped[order]):
-        peak = temporal_variance_peak(signal, variance, clipped, ceiling_dn=ceiling)
+        doubt = np.hypot(error, levels.of(model.channel).error_dn)
+        peak = temporal_variance_peak(signal, variance, clipped, ceiling_dn=ceiling, std_error_dn=doubt)
     else:
         peak = temporal_variance_peak(signal[order[-1:]], variance[order[-1:]], clipped[order[-1:]])
-    if "lower-bound" in peak.flags:
-        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN))
-    error = np.array([(point.variance_dn2 / (point.n * point.frames)) ** 0.5 for point in points])
+    if LOWER_BOUND in peak.flags:
+        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN), flags=(LOWER_BOUND,))
     top = plateau(signal[order], clipped[order], error[order]) if clipped[order[-1]] > ADC_LIMITED else None
     total = np.array([point.variance_dn2 for point in points])
     expected = np.polynomial.polynomial.polyval(signal, model.coefficients)
@@ -210,13 +213,13 @@ def ratio_rows(shots: Shots, model: ChartModel, found: ChannelRange) -> tuple[Ro
 
 
 def bound_flags(found: ChannelRange) -> tuple[str, ...]:
-    """Return ``lower-bound`` where saturation was not reached."""
-    return tuple(flag for flag in found.peak.flags if flag == "lower-bound")
+    """Return ``lower-bound`` where saturation was not reached, ``grid-limited`` where patches bracket it."""
+    return tuple(flag for flag in found.peak.flags if flag in {LOWER_BOUND, GRID_LIMITED})
 
 
 def bounded(found: ChannelRange, *figures: Measured) -> tuple[Measured, ...]:
     """Return figures, without an interval where they are lower bounds."""
-    if bound_flags(found):
+    if LOWER_BOUND in found.peak.flags:
         return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
     return figures
 
@@ -263,7 +266,7 @@ def _legacy_rows(
 
 
 def _findings(shots: Shots, ranges: Iterable[ChannelRange]) -> tuple[Finding, ...]:
-    short = [one.channel for one in ranges if bound_flags(one)]
+    short = [one.channel for one in ranges if LOWER_BOUND in one.peak.flags]
     if not short:
         return ()
     message = (

@@ -12,6 +12,7 @@ from fullwell.cli.convert import convert
 from fullwell.cli.demo import demo
 from fullwell.cli.index import index
 from fullwell.cli.inspect import inspect
+from fullwell.cli.loop import loop
 from fullwell.cli.model import model
 from fullwell.cli.options import Version
 from fullwell.cli.overview import overview, summary_of
@@ -29,6 +30,7 @@ app.command(help=summary_of("convert"), context_settings=_CONTEXT)(convert)
 app.command(help=summary_of("demo"), context_settings=_CONTEXT)(demo)
 app.command(help=summary_of("index"), context_settings=_CONTEXT)(index)
 app.command(help=summary_of("inspect"), context_settings=_CONTEXT)(inspect)
+app.command(help=summary_of("loop"), context_settings=_CONTEXT)(loop)
 app.command(help=summary_of("model"), context_settings=_CONTEXT)(model)
 app.add_typer(presets, name="presets", help=summary_of("presets"), context_settings=_CONTEXT)
 app.add_typer(shading, name="shading", help=summary_of("shading"), context_settings=_CONTEXT)

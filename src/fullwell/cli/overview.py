@@ -14,6 +14,7 @@ COMMANDS: Final = (
     ("demo", "Simulate a known camera, measure it, print truth beside measurement."),
     ("index", "Write a study.toml of a folder, to be corrected by hand."),
     ("inspect", "Tell what raw files are: size, CFA, levels, exposure."),
+    ("loop", "Simulate a measured camera, measure it again, judge every figure."),
     ("model", "Convert noise models: k's, DN, electrons, EMVA 1288, DNG NoiseProfile."),
     ("presets", "Keep how headerless raw files are stored, by extension."),
     ("shading", "Fit, compare and apply maps of lens shading."),

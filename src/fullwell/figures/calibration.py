@@ -4,7 +4,6 @@ Which function: `pull` for one figure, `calibration` for the same figure measure
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,30 +17,31 @@ NOMINAL: Final = 0.95
 """Coverage that an interval claims [1]."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
-    """One figure of one repeat.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trials:
+    """One figure of a known truth in n repeats.
 
     Parameters
     ----------
-    measured
-        As it was reported.
     truth
-        The true value, in its unit.
-    pull
-        None where the figure claims no standard error, or is a bound.
+        The true value [unit].
+    values
+        As reported, shape (n,) [unit].
+    std_errors
+        Reported standard errors, NaN where there was none, shape (n,) [unit].
+    low, high
+        Ends of the reported 95 % intervals, NaN where there was none, shape (n,) [unit].
+    pulls
+        NaN where there was none, shape (n,) [1].
 
     """
 
-    measured: Measured
     truth: float
-    pull: float | None
-
-    @property
-    def covered(self) -> bool | None:
-        """Whether the interval holds the truth; None where there is no interval."""
-        ends = self.measured.ci95
-        return None if ends is None else ends[0] <= self.truth <= ends[1]
+    values: NDArray[np.float64]
+    std_errors: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    pulls: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +130,7 @@ def pull(measured: Measured, truth: float) -> float | None:
     return away if t > 0.0 else -away
 
 
-def calibration(trials: Sequence[Trial]) -> Calibration:
+def calibration(trials: Trials) -> Calibration:
     """Return what repeats of one figure tell of its errors.
 
     Parameters
@@ -140,26 +140,29 @@ def calibration(trials: Sequence[Trial]) -> Calibration:
 
     Examples
     --------
-    >>> found = calibration([Trial(measured=Measured.normal(x, 1.0, "DN"), truth=2.0, pull=x - 2.0) for x in (1, 3)])
+    >>> ones, values = np.ones(2), np.array([1.0, 3.0])
+    >>> found = calibration(
+    ...     Trials(truth=2.0, values=values, std_errors=ones, low=values - 2.0, high=values + 2.0, pulls=values - 2.0)
+    ... )
     >>> found.bias, round(found.sd or 0.0, 3), found.covering
     (0.0, 1.414, 2)
 
     """
-    values = np.array([one.measured.value for one in trials])
-    errors = np.array([one.measured.std_error for one in trials if one.measured.std_error])
-    covered = [one.covered for one in trials if one.covered is not None]
-    pulls = np.array([one.pull for one in trials if one.pull is not None])
+    values, errors = trials.values, trials.std_errors[np.isfinite(trials.std_errors)]
+    known = np.isfinite(trials.low) & np.isfinite(trials.high)
+    covering = int(np.sum((trials.low <= trials.truth) & (trials.truth <= trials.high) & known))
+    pulls = trials.pulls[np.isfinite(trials.pulls)]
     sd = float(values.std(ddof=1)) if values.size > 1 else None
-    low, high, p_value = _coverage(sum(covered), len(covered))
+    low, high, p_value = _coverage(covering, int(known.sum()))
     return Calibration(
-        trials=len(trials),
-        truth=float(np.mean([one.truth for one in trials])),
+        trials=int(values.size),
+        truth=trials.truth,
         mean=float(values.mean()),
         bias_std_error=None if sd is None else sd / math.sqrt(values.size),
         sd=sd,
         std_error=float(np.sqrt(np.mean(errors**2))) if errors.size else None,
-        intervals=len(covered),
-        covering=sum(covered),
+        intervals=int(known.sum()),
+        covering=covering,
         coverage_low=low,
         coverage_high=high,
         coverage_p=p_value,

@@ -45,13 +45,14 @@ from fullwell.report.plots_chart_model import leading_curve, noise_curves
 POINTS: Final = "chart_points"
 MODELS: Final = "chart_noise_model"
 _CHART: Final = "chart_"
+_LOOP: Final = "loop_"
 
 Drawn: TypeAlias = list[tuple[Value, tuple[Picture | None, ...]]]
 
 
 def charts_alone(material: Material) -> bool:
     """Tell whether nothing but shots of charts was measured: then no other chapter has anything to ask for."""
-    names = [curve.name for curve in material.results.curves]
+    names = [curve.name for curve in material.results.curves if not curve.name.startswith(_LOOP)]
     return bool(names) and all(name.startswith(_CHART) for name in names)
 
 

@@ -8,6 +8,7 @@ from fullwell.report import plots_dark, plots_response, plots_transfer
 from fullwell.report.chart_sections import chart_sections, charts_alone
 from fullwell.report.curves import Table, Value
 from fullwell.report.lens_section import lens_shading
+from fullwell.report.loop_section import loop_chapter
 from fullwell.report.material import (
     Material,
     Section,
@@ -33,7 +34,8 @@ def build_sections(results: Results, pictures: Pictures | None) -> tuple[Section
     with style():
         made = [] if charts_alone(material) else [maker(material) for maker in _MAKERS]
         charts = chart_sections(material)
-    return (*(section for section in made if section.shown), *charts)
+        loop = loop_chapter(material)
+    return (*loop, *(section for section in made if section.shown), *charts)
 
 
 def _against_iso(material: Material) -> Section:

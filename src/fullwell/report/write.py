@@ -25,11 +25,13 @@ OWN: Final = frozenset(
         "tables",
         "maps",
         "demo.json",
-        FOLDER,
+FOLDER,
+        "loop.json",
+        "repeats",
         "study",
     }
 )
-"""Everything that a results folder of ours may hold (RESULTS 2), the demo's included."""
+"""Everything that a results folder of ours may hold (RESULTS 2), the demo and the loop included."""
 
 _DESKTOP: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """Files that desktops leave in any folder they show."""

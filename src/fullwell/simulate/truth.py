@@ -9,7 +9,7 @@ from fullwell.glossary import SNR_THRESHOLDS
 from fullwell.model.noise import noise_coefficients
 from fullwell.model.photon_transfer import signal_at_snr, signal_to_noise
 from fullwell.model.sensor import SensorParameters
-from fullwell.raw.cfa import channels
+from fullwell.raw.cfa import ALL, channels
 from fullwell.simulate.config import SimulationConfig
 from fullwell.simulate.plan import PlannedFrame, plan
 from fullwell.units import (
@@ -89,6 +89,11 @@ class _Place:
         return not (self.sensor.nonlinearity or self.sensor.brighter_fatter)
 
     @property
+    def shares_levels(self) -> bool:
+        """Whether it is one channel, or all with one black level: else they have no level or range in common."""
+        return self.channel != ALL or len(set(self.sensor.black_level)) == 1
+
+    @property
     def system_gain(self) -> float:
         return self.sensor.system_gain_at(self.iso)
 
@@ -111,8 +116,8 @@ def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
     white level, as the rows define them.
     """
     named = [*enumerate(channels(config.sensor.cfa))]
-    if len(named) > 1 and len(set(config.sensor.black_level)) == 1:
-        named.append((0, "all"))
+    if len(named) > 1:
+        named.append((0, ALL))
     rows: list[TrueValue] = []
     frames = plan(config)
     for site, channel in named:
@@ -128,7 +133,8 @@ def _levels(place: _Place) -> Iterator[TrueValue]:
     sensor = place.sensor
     if any(frame.kind is Kind.CHART and frame.exposure.iso == place.iso for frame in place.frames):
         yield place.row("flare", ONE, place.config.lens.flare)
-    yield place.row("black_level", DN, sensor.black_level[place.site])
+    if place.shares_levels:
+        yield place.row("black_level", DN, sensor.black_level[place.site])
     yield place.row("white_level", DN, float(sensor.white_level))
     yield place.row("system_gain", DN_PER_ELECTRON, place.system_gain)
 
@@ -212,7 +218,7 @@ def _response(place: _Place) -> Iterator[TrueValue]:
 def _range(place: _Place) -> Iterator[TrueValue]:
     sensor, system_gain = place.sensor, place.system_gain
     parts = dict(_dsnu_parts(place, _Unlit()))
-    if not place.straight or sensor.dual_conversion_ratio or "dsnu" not in parts:
+    if not place.shares_levels or not place.straight or sensor.dual_conversion_ratio or "dsnu" not in parts:
         return
     fixed = sensor.prnu**2 + sensor.prnu_row**2 + sensor.prnu_column**2
     electrons = sensor.saturation_at(place.iso, place.site)

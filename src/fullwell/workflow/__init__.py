@@ -1,1 +1,1 @@
-"""The verbs: characterize, simulate, demo."""
+"""The verbs: characterize, chart, simulate, loop, demo."""

@@ -10,19 +10,13 @@ from typing import Final
 from fullwell.figures.results import Results
 from fullwell.files import replaced_folder
 from fullwell.findings import Finding
-from fullwell.frames.selection import Selection
-from fullwell.frames.series import Camera
 from fullwell.report.write import check_target, write_files
 from fullwell.simulate.config import SimulationConfig, shipped_config
-from fullwell.simulate.truth import true_values
-from fullwell.workflow.characterize import measure
 from fullwell.workflow.executor import Progress
-from fullwell.workflow.loop.comparison import Comparison, compared, pulls_of
-from fullwell.workflow.options import Options
+from fullwell.workflow.loop.camera import STUDY, options_for, turn
+from fullwell.workflow.loop.comparison import Comparison, pulls_of
 from fullwell.workflow.run import run_facts
-from fullwell.workflow.simulate import simulate_config
 
-STUDY: Final = "study"
 COMPARISON: Final = "demo.json"
 SCHEMA: Final = "fullwell-demo/1"
 
@@ -87,36 +81,25 @@ def run_demo(out: Path, *, full: bool = False, workers: int, progress: Progress 
     """
     check_target(out)
     config = pixel_study() if full else pixel_study().halved()
-    options = Options(selection=Selection(camera=camera_of(config)), workers=workers)
+    options = options_for(config, workers=workers)
     with replaced_folder(out) as folder:
         began = time.monotonic()
-        simulated = simulate_config(config, folder / STUDY, workers=workers, progress=progress)
-        between = time.monotonic()
-        measurement = measure(folder / STUDY, options=options, progress=progress, folder=folder)
+        found = turn(config, folder / STUDY, options=options, progress=progress, out=folder)
+        between = began + found.simulated_s
         run = run_facts(study=out / STUDY, out=out, options=options, started=between)
-        results = replace(measurement.results, run=run)
-        write_files(results, folder, pictures=measurement.pictures)
+        results = replace(found.measurement.results, run=run)
+        write_files(results, folder, pictures=found.measurement.pictures)
         outcome = DemoOutcome(
             out=out,
-            frames=len(simulated.frames),
-            rows=compared(results.rows, true_values(config)),
+            frames=found.frames,
+            rows=found.compared,
             results=results,
-            simulated_s=between - began,
+            simulated_s=found.simulated_s,
             characterized_s=time.monotonic() - between,
         )
         comparison = json.dumps(_comparison(outcome), indent=1) + "\n"
         (folder / COMPARISON).write_text(comparison, encoding="utf-8", newline="\n")
     return outcome
-
-
-def camera_of(config: SimulationConfig) -> Camera:
-    """Return the facts about a simulated camera that its raw files do not carry."""
-    return Camera(
-        pixel_pitch_um=config.sensor.pixel_pitch_um,
-        voltage_swing_v=config.voltage_swing_v,
-        base_iso=config.sensor.base_iso,
-        focal_length_mm=config.lens.focal_length_mm,
-    )
 
 
 def pixel_study() -> SimulationConfig:

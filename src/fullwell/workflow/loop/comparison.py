@@ -4,19 +4,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
-from fullwell.figures.calibration import Trial, pull
+from fullwell.figures.calibration import pull
 from fullwell.figures.results import Row
 from fullwell.glossary import RECOMMENDED
 from fullwell.simulate.truth import TrueValue
 from fullwell.units import DN2, ONE, VOLT
 
-_NO_ESTIMATE: Final = frozenset({"lower-bound", "upper-limit"})
+_NO_ESTIMATE: Final = frozenset({"lower-bound", "upper-limit", "grid-limited"})
 _TWIN: Final = "_variance"
 _SQUARED: Final = {ONE: ONE, VOLT: DN2}
 """Units whose square is not written with ``^2``, and one whose rows have their variance in another."""
 
-Figure: TypeAlias = tuple[str, str, str, str, float | None, float | None]
-"""Quantity, channel, method, unit, ISO and SNR threshold: what the same figure of two runs has in common."""
+Figure: TypeAlias = tuple[str, str, str, str, float | None, float | None, float | None]
+"""Quantity, channel, method, unit, ISO, SNR threshold and exposure: what the same figure of two runs has in common."""
 
 _Truths: TypeAlias = Mapping[tuple[str, str, str, float | None, float | None], float]
 
@@ -52,15 +52,10 @@ class Comparison:
         """What the row is, whichever run it comes from."""
         return figure_of(self.row)
 
-    @property
-    def trial(self) -> Trial:
-        """What remains of the row over many repeats."""
-        return Trial(measured=self.row.measured, truth=self.truth, pull=self.pull)
-
 
 def figure_of(row: Row) -> Figure:
     """Return what a row is, whichever run it comes from."""
-    return (row.quantity, row.channel, row.method, row.measured.unit, row.iso, row.snr_threshold)
+    return (row.quantity, row.channel, row.method, row.measured.unit, row.iso, row.snr_threshold, row.exposure_s)
 
 
 def compared(rows: Iterable[Row], truth: Iterable[TrueValue]) -> tuple[Comparison, ...]:

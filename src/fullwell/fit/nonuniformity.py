@@ -122,7 +122,10 @@ def dark_nonuniformity(
     if frames < 2:
         raise ValueError("the temporal noise of a dark burst needs two frames or more")
     every = degrees_of_freedom(shape)
-    parts = {effect: _Part.of(getattr(mean_squares, effect), every[effect]) for effect in ("v", "h", "tv", "th", "tvh")}
+    parts = {effect: _Part.of(getattr(mean_squares, effect), every[effect]) for effect in ("tv", "th", "tvh")}
+    for line in ("v", "h"):
+        least = getattr(mean_squares, f"t{line}") + mean_squares.vh - mean_squares.tvh
+        parts[line] = _Part.of(getattr(mean_squares, line), every[line], at_least=least)
     cut = None if tiles is None else dark_tiles(tiles, mean_squares, shape)
     pooled = None if cut is None else pool_tiles(cut)
     parts["vh"] = _Part.of(mean_squares.vh, every["vh"]).scattered(pooled)
@@ -155,7 +158,7 @@ def dark_nonuniformity(
 
 
 class _Part(NamedTuple):
-    """One term of a sum: its value, its error, the error's degrees of freedom, Student's factor over the normal's."""
+    """One term of a sum: its value, its error, the error's degrees of freedom, what the interval takes of the error."""
 
     value: float
     error: float
@@ -163,9 +166,14 @@ class _Part(NamedTuple):
     reach: float = 1.0
 
     @classmethod
-    def of(cls, mean_square: float, dof: float) -> Self:
-        """Return a mean square of chi-square."""
-        return cls(mean_square, mean_square * math.sqrt(2.0 / dof), dof)
+    def of(cls, mean_square: float, dof: float, *, at_least: float = 0.0) -> Self:
+        """Return a mean square of chi-square.
+
+        Its error is not counted for less than that of the least it is expected to be: one that came out low would make
+        the error of a part near zero too small just where the part is too low. The interval keeps its own law.
+        """
+        error = max(mean_square, at_least) * math.sqrt(2.0 / dof)
+        return cls(mean_square, error, dof, mean_square * math.sqrt(2.0 / dof) / error if error > 0.0 else 1.0)
 
     def times(self, factor: float) -> Self:
         return self._replace(value=self.value * factor, error=self.error * abs(factor))
@@ -225,8 +233,8 @@ def _lines(pattern: Pattern, floor: NoiseFloor, tiles: Tiles) -> tuple[_Lines, _
     white = float(share @ tiles.floor)
 
     def lines(mean_square: float, dof: int, length: float, noise: tuple[float, float]) -> _Lines:
-        part = _Part.of(mean_square, dof).times(1.0 / length)
         value, error = (one * scale for one in noise)
+        part = _Part.of(mean_square / length, dof, at_least=pattern.pixel_mean_square / length + value)
         return _Lines(part, white / length + value, value, length, _Part(0.0, error, math.inf))
 
     return (

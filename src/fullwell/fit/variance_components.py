@@ -172,7 +172,9 @@ def combined(
     combination
         Factor of each mean square; those absent are zero.
     modified_interval
-        Take the interval of the modified large-sample method (Graybill-Wang) in place of Student's.
+        Take the interval of the modified large-sample method (Graybill-Wang) in place of Student's. The standard error
+        counts no mean square for less than what it is expected to be at least: one that came out low would make the
+        error of a component near zero too small just where the component is too low.
 
     Returns
     -------
@@ -186,7 +188,10 @@ def combined(
     dof = np.array([every[effect] for effect in combination], dtype=np.float64)
     part = factor * square
     value = float(part.sum())
-    errors = np.abs(part) * np.sqrt(2.0 / dof)
+    expected = square
+    if modified_interval:
+        expected = np.maximum(square, [_least(mean_squares, effect) for effect in combination])
+    errors = np.abs(factor) * expected * np.sqrt(2.0 / dof)
     std_error = float(np.sqrt(np.sum(errors**2)))
     known = combined_dof(*zip(errors.tolist(), dof.tolist(), strict=True))
     if not modified_interval:
@@ -194,6 +199,16 @@ def combined(
     return Measured(
         value=value, unit=DN2, std_error=std_error, dof=known, ci95=modified_large_sample_interval(part, dof)
     )
+
+
+def _least(mean_squares: MeanSquares, effect: str) -> float:
+    """Return what a mean square is expected to be where its own component is zero, by the others [DN^2]."""
+    if len(effect) == 3:
+        return 0.0
+    if len(effect) == 2:
+        return mean_squares.tvh
+    pairs = (getattr(mean_squares, pair) for pair in ("tv", "th", "vh") if effect in pair)
+    return float(sum(pairs)) - mean_squares.tvh
 
 
 def _over(divisor: float, **factors: float) -> dict[str, float]:

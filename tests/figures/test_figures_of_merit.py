@@ -126,7 +126,14 @@ def test_variance_peak_with_its_bracket():
     assert found.signal.value == 3000.0
     assert found.signal.ci95 == (2000.0, 3900.0)
     assert found.signal.std_error == pytest.approx(1900.0 / math.sqrt(12.0))
-    assert found.flags == ("adc-limited",)
+    assert found.flags == ("adc-limited", "grid-limited")
+
+
+def test_ends_of_a_bracket_are_as_doubtful_as_their_levels():
+    """A pixel that is full lies on the upper end itself, so the interval must hold what the level's error allows."""
+    signal, variance = [1000.0, 2000.0, 3000.0], [500.0, 1000.0, 10.0]
+    found = temporal_variance_peak(signal, variance, [0.0, 0.0, 0.0], std_error_dn=[1.0, 1.0, 2.0])
+    assert found.signal.ci95 == pytest.approx((1000.0 - 1.959964, 3000.0 + 2.0 * 1.959964))
 
 
 def test_variance_that_still_rises_is_a_lower_bound():

@@ -123,7 +123,8 @@ def test_a_measured_camera_is_its_own_truth(closed: Path, tmp_path: Path) -> Non
     for quantity, unit in (("system_gain", "DN/e-"), ("read_noise", "e-"), ("prnu", "%"), ("dsnu", "e-")):
         one = shown[quantity, "all", unit]
         assert one["original"] == rows[quantity, "all", unit]
-        assert one["truth"] == pytest.approx(one["original"], rel=1e-6)
+        # Row and column parts that came out below zero cannot be simulated: the whole moves by a part of its error.
+        assert abs(one["truth"] - one["original"]) <= 0.25 * one["original_std_error"]
         assert abs(one["pull"]) < NORMAL_1E4
     whose = {column.name: column.values for column in curve_named(outcome.results.curves, "loop_transfer")}["whose"]
     assert set(whose) == {"original", "simulated", "truth"}

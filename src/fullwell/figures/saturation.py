@@ -154,7 +154,7 @@ def _bracketed(value: float, low: float | None, high: float | None, *, flags: tu
         measured = Measured.exact(value, DN)
     else:
         measured = Measured.interval(value, (high - bottom) / math.sqrt(12.0), (bottom, high), DN)
-        flags = (*flags, GRID_LIMITED)
+        flags = flags if LOWER_BOUND in flags else (*flags, GRID_LIMITED)
     return SaturationLevel(signal=measured, flags=flags)
 
 

@@ -25,7 +25,7 @@ OWN: Final = frozenset(
         "tables",
         "maps",
         "demo.json",
-FOLDER,
+        FOLDER,
         "loop.json",
         "repeats",
         "study",

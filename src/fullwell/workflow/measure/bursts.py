@@ -69,7 +69,10 @@ class Burst:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IsoBursts:
-    """Every burst at one ISO, each group by ascending exposure; ``black_clipped`` names channels cut at black."""
+    """Every burst at one ISO, each group by ascending exposure.
+
+    ``black_clipped`` names channels cut at black; ``code_steps`` are the distances of the codes by channel [DN].
+    """
 
     iso: float | None
     temperature_c: float | None
@@ -78,6 +81,7 @@ class IsoBursts:
     darks: tuple[Burst, ...]
     biases: tuple[Burst, ...]
     black_clipped: tuple[str, ...] = ()
+    code_steps: tuple[float, ...] = ()
 
     @property
     def cell(self) -> int:
@@ -88,6 +92,10 @@ class IsoBursts:
     def unlit(self) -> tuple[Burst, ...]:
         """Return the bias and dark bursts together, by ascending exposure."""
         return tuple(sorted((*self.biases, *self.darks), key=lambda burst: burst.exposure_s))
+
+    def code_step(self, channel: str) -> float:
+        """Return the distance of the codes of a channel, 1 where nobody looked [DN]."""
+        return self.code_steps[self.channels.index(channel)] if self.code_steps else 1.0
 
     @property
     def label(self) -> str:

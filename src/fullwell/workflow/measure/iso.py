@@ -20,12 +20,14 @@ from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_vol
 from fullwell.workflow.measure.pattern_maps import IsoMaps, make_maps
 from fullwell.workflow.measure.pattern_tiles import measure_pattern_tiles
 from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
+from fullwell.workflow.measure.processing import code_steps, code_uses, measure_processing
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
 from fullwell.workflow.measure.shading import BurstShading, measure_shading
 from fullwell.workflow.measure.steadiness import measure_steadiness
 from fullwell.workflow.measure.unlit import usable_unlit
 from fullwell.workflow.measure.white_level import WhiteLevel, measure_white
+from fullwell.workflow.second_reading import read_again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +84,10 @@ def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequ
 def _measured(study: Study, bursts: IsoBursts, workers: int) -> tuple[IsoMeasurement, tuple[WhiteLevel, ...]]:
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     bursts, unlit_findings = usable_unlit(bursts, whites)
-    levels_section, levels = measure_levels(study, bursts, whites)
+    uses = code_uses(bursts)
+    bursts = replace(bursts, code_steps=code_steps(uses))
+    again = read_again(bursts, whites)
+    levels_section, levels = measure_levels(study, bursts, whites, masked=again.masked)
     noise_section = measure_read_noise(bursts)
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
@@ -95,6 +100,7 @@ def _measured(study: Study, bursts: IsoBursts, workers: int) -> tuple[IsoMeasure
         for row in transfer_section.rows
         if row.quantity == "system_gain" and RECOMMENDED in row.flags
     }
+    processing = measure_processing(bursts, uses, again, transfers)
     in_dn = (*noise_section.rows, *dark_section.rows, *pattern_section.rows)
     section = joined(
         (
@@ -115,8 +121,10 @@ def _measured(study: Study, bursts: IsoBursts, workers: int) -> tuple[IsoMeasure
             shading_section,
             measure_steadiness(bursts, levels, transfers),
             histogram_curves(bursts),
+            processing.section,
         )
     )
+    section = replace(section, rows=processing.marked(section.rows))
     measurement = IsoMeasurement(
         bursts=bursts, levels=levels, section=section, patterns=patterns, maps=maps, shadings=shadings
     )

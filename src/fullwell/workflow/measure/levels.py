@@ -11,7 +11,9 @@ from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channel
 from fullwell.frames.series import Study
 from fullwell.units import DN, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.chart.shots import MaskedArea
 from fullwell.workflow.measure.dark_level import dark_frames_level, single_burst_level
+from fullwell.workflow.measure.optical_black import OPTICAL_BLACK, masked_evidence, masked_findings, masked_rows
 from fullwell.workflow.measure.rounding import rounding_flags
 from fullwell.workflow.measure.section import RowWriter, Section
 from fullwell.workflow.measure.white_level import METADATA, USER, WhiteLevel, white_findings, white_rows
@@ -54,15 +56,24 @@ def declared_black(study: Study, channel_index: int) -> float | None:
 
 
 def measure_levels(
-    study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel]
+    study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, masked: Sequence[MaskedArea] = ()
 ) -> tuple[Section, tuple[ChannelLevels, ...]]:
-    """Measure the black level of every channel at one ISO, and tell its white level."""
+    """Measure the black level of every channel at one ISO, and tell its white level.
+
+    Parameters
+    ----------
+    study, bursts, whites
+        What was read.
+    masked
+        Masked pixels by channel; empty where the files have none.
+
+    """
     rows: list[Row] = []
     decided: list[tuple[str, FusedLevel | None, str]] = []
     levels: list[ChannelLevels] = []
     for index, white in enumerate(whites):
         channel = white.channel
-        evidence = _black_evidence(study, bursts, index)
+        evidence = _black_evidence(study, bursts, index, masked[index] if masked else None)
         fused = _decide(evidence) if evidence else None
         rows += _black_rows(bursts, channel, evidence, fused)
         rows += _inseparable_rows(bursts, channel)
@@ -79,7 +90,13 @@ def measure_levels(
         )
     given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
     rows += _pooled_black(bursts, levels, given=given)
-    findings = (*_black_findings(bursts, decided), *white_findings(whites, at=f" at {bursts.label}"))
+    rows += masked_rows(masked, bursts)
+    darks = [_from_darks(bursts, channel) for channel in bursts.channels]
+    findings = (
+        *_black_findings(bursts, decided),
+        *masked_findings(masked, darks, bursts),
+        *white_findings(whites, at=f" at {bursts.label}"),
+    )
     return Section(rows=tuple(rows), findings=findings), tuple(levels)
 
 
@@ -89,13 +106,21 @@ def inseparable_burst(bursts: IsoBursts) -> Burst | None:
     return bursts.darks[0] if only else None
 
 
-def _black_evidence(study: Study, bursts: IsoBursts, index: int) -> tuple[Evidence, ...]:
-    evidence: list[Evidence] = []
-    channel = bursts.channels[index]
+def _from_darks(bursts: IsoBursts, channel: str) -> Measured | None:
+    """Return what the unlit frames say of a channel's black level; None where they say nothing, or are clipped."""
     usable = () if channel in bursts.black_clipped else bursts.unlit
     measured = dark_frames_level(usable, [channel])
-    if measured is not None and measured.std_error:
+    return measured if measured is not None and measured.std_error else None
+
+
+def _black_evidence(study: Study, bursts: IsoBursts, index: int, area: MaskedArea | None) -> tuple[Evidence, ...]:
+    """Return the evidence: masked pixels count only where no dark frames tell, since they are not the active area."""
+    evidence: list[Evidence] = []
+    measured = _from_darks(bursts, bursts.channels[index])
+    if measured is not None:
         evidence.append(Evidence(method=DARK_FRAMES, measured=measured))
+    elif (masked := masked_evidence(area, bursts)) is not None:
+        evidence.append(masked)
     declared = declared_black(study, index)
     if declared is not None and study.black_level is not None:
         method = USER if study.black_level.source == USER else METADATA
@@ -149,6 +174,8 @@ def _black_rows(
             )
         )
     for one in evidence:
+        if one.method == OPTICAL_BLACK:
+            continue
         declared = one.method in {METADATA, USER}
         disagrees = declared and fused is not None and not fused.consistent
         measured = Measured.exact(one.measured.value, DN) if disagrees else one.measured

@@ -89,11 +89,14 @@ def _channel_noise(bursts: IsoBursts, plane: PlaneStatistics) -> ChannelNoise:
         exposures_s = [burst.exposure_s for burst in bursts.darks if burst.frames > 1]
         at_zero = _without_exposure(exposures_s, [total_temporal_variance(dark) for dark in darks])
         total, mixed = (at_zero, ()) if at_zero is not None else (total, ("mixed",))
-    noise = analogue_read_noise(total, spatial_spread_dn=plane.fixed_spread, n=plane.n * plane.frames)
+    step = bursts.code_step(plane.channel)
+    noise = analogue_read_noise(
+        total, quantization_step=step, spatial_spread_dn=plane.fixed_spread, n=plane.n * plane.frames
+    )
     return ChannelNoise(
         channel=plane.channel,
         variance=noise.variance,
-        rounding_error_dn2=rounding_error_dn2(plane, plane.temporal_variance),
+        rounding_error_dn2=rounding_error_dn2(plane, plane.temporal_variance, step=step),
         method="temporal-variance",
         flags=(*noise.flags, *mixed),
         source="METHOD 3.1",
@@ -153,7 +156,8 @@ def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
 def _tail_rows(bursts: IsoBursts, burst: Burst, plane: PlaneStatistics) -> tuple[Row, ...]:
     """Return the noise of the median pixel, and how far the pixels scatter beyond normal noise (METHOD 3.6)."""
     median = median_pixel_variance(plane.temporal_variance_median, frames=plane.frames, pixels=plane.n)
-    typical = analogue_read_noise(median, spatial_spread_dn=plane.fixed_spread)
+    step = bursts.code_step(plane.channel)
+    typical = analogue_read_noise(median, quantization_step=step, spatial_spread_dn=plane.fixed_spread)
     excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row
     n = plane.n * plane.frames

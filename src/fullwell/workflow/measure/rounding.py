@@ -10,12 +10,14 @@ from fullwell.workflow.measure.bursts import IsoBursts
 NOTABLE_SHIFT_DN = 0.01
 
 
-def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float) -> float:
+def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float, *, step: float = 1.0) -> float:
     """Return one standard error of a temporal variance from the unknown phase of its level within a code [DN^2].
 
-    Noise above about half a code, or levels that differ by as much between pixels, leave nothing of it (METHOD 3.3).
+    ``step`` is the distance of two codes [DN]. Noise above about half of it, or levels that differ by as much between
+    pixels, leave nothing of the error (METHOD 3.3).
     """
-    return phase_effect(unrounded_noise(variance_dn2), spread=plane.fixed_spread) / math.sqrt(2.0)
+    noise = unrounded_noise(variance_dn2, step=step)
+    return phase_effect(noise, step=step, spread=plane.fixed_spread) / math.sqrt(2.0)
 
 
 def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> float:

@@ -1,0 +1,118 @@
+"""A second look at two unlit and two lit frames of each ISO: neighbours' noise, and masked pixels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.errors import RawFileError
+from fullwell.frames.series import Kind
+from fullwell.raw.open import decode
+from fullwell.statistics.noise_correlation import NoiseCorrelation, noise_correlation
+from fullwell.workflow.masked import MaskedSums, masked_area, masked_sums
+from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.chart.shots import MaskedArea
+from fullwell.workflow.measure.read_noise import choose_burst
+from fullwell.workflow.measure.white_level import WhiteLevel
+
+LARGEST_SIDE: Final = 1024
+"""Of the middle of a frame that neighbours are compared in [pixel]."""
+SMALLEST_SIDE: Final = 32
+"""Of a plane, from where on they are [pixel]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairLook:
+    """What two frames of one burst came to.
+
+    Parameters
+    ----------
+    kind, exposure_s
+        Of the burst.
+    files
+        The two frames.
+    correlations
+        By channel.
+
+    """
+
+    kind: Kind
+    exposure_s: float
+    files: tuple[str, ...]
+    correlations: tuple[NoiseCorrelation, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondReading:
+    """What the frames of one ISO came to that were read once more.
+
+    Parameters
+    ----------
+    pairs
+        The unlit pair and the lit one, as far as there are such.
+    masked
+        Masked pixels by channel; empty where the files have none.
+
+    """
+
+    pairs: tuple[PairLook, ...] = ()
+    masked: tuple[MaskedArea, ...] = ()
+
+
+def read_again(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> SecondReading:
+    """Read two frames of the shortest unlit burst and two of the brightest flats that do not clip."""
+    chosen = (choose_burst(bursts), _brightest(bursts, whites))
+    pairs: list[PairLook] = []
+    masked: list[tuple[MaskedSums, ...]] = []
+    for burst in chosen:
+        if burst is None:
+            continue
+        look = _look(burst, masked)
+        if look is not None:
+            pairs.append(look)
+    frames = [one for one in masked if one]
+    return SecondReading(pairs=tuple(pairs), masked=masked_area(frames, bursts.channels) if frames else ())
+
+
+def _brightest(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> Burst | None:
+    limits = {white.channel: white.level_dn for white in whites}
+
+    def clips(burst: Burst) -> bool:
+        return any(
+            (limit := limits.get(plane.channel)) is not None and int(plane.tiles.highest.max()) >= limit
+            for plane in burst.statistics.planes
+        )
+
+    usable = [burst for burst in bursts.flats if burst.frames > 1 and not clips(burst)]
+    return max(usable, key=lambda burst: burst.statistics.planes[0].mean, default=None)
+
+
+def _look(burst: Burst, masked: list[tuple[MaskedSums, ...]]) -> PairLook | None:
+    frames = [frame for frame in burst.series.frames if frame.name in burst.statistics.frames][:2]
+    middles: list[NDArray[np.uint16]] = []
+    try:
+        for frame in frames:
+            data = frame.header.path.read_bytes()
+            middles.append(_middle(decode(frame.header, data), burst.cell))
+            masked.append(masked_sums(frame.header, data))
+    except (RawFileError, OSError):
+        return None
+    cell = burst.cell
+    planes = [[one[site // cell :: cell, site % cell :: cell] for one in middles] for site in range(cell * cell)]
+    if min(planes[-1][0].shape) < SMALLEST_SIDE:
+        return None
+    return PairLook(
+        kind=burst.kind,
+        exposure_s=burst.exposure_s,
+        files=tuple(frame.name for frame in frames),
+        correlations=tuple(noise_correlation(*pair) for pair in planes),
+    )
+
+
+def _middle(mosaic: NDArray[np.uint16], cell: int) -> NDArray[np.uint16]:
+    """Return a copy of the middle of a mosaic that begins on a whole cell."""
+    tops = [max(0, (side - LARGEST_SIDE) // 2) // cell * cell for side in mosaic.shape]
+    top, left = tops
+    return mosaic[top : top + LARGEST_SIDE, left : left + LARGEST_SIDE].copy()

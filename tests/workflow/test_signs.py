@@ -76,6 +76,13 @@ def test_levels_that_the_codes_contradict(study: Path) -> None:
     assert "white-level-exceeded" in codes(high)
 
 
+def test_a_picture_darker_than_black(study: Path) -> None:
+    tag = Levels(values=(260.0,) * 4, source="metadata", tag="BlackLevel")
+    assert "black-level-too-high" in codes(seen(study, "bias", black_level=tag))
+    assert "black-level-too-high" not in codes(seen(study, "bias"))
+    assert "black-level-too-high" not in codes(seen(study, "flat", black_level=tag))
+
+
 def test_lines_that_take_turns(study: Path) -> None:
     def turns(x: np.ndarray) -> np.ndarray:
         x[:, 0::4] += 4.0

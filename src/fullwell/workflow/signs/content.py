@@ -20,7 +20,13 @@ from fullwell.workflow.measure.white_level import WhiteLevel, pile_up, white_fin
 from fullwell.workflow.signs.codes import code_findings, effective_bits
 from fullwell.workflow.signs.order import alternation_findings, order_findings
 from fullwell.workflow.signs.pixels import isolated_findings
-from fullwell.workflow.signs.rails import clipping_findings, noise_findings, optical_black_findings, range_findings
+from fullwell.workflow.signs.rails import (
+    clipping_findings,
+    darker_findings,
+    noise_findings,
+    optical_black_findings,
+    range_findings,
+)
 
 SITES: Final = ("top left", "top right", "bottom left", "bottom right")
 """What the sites of a mosaic are called whose order nobody says."""
@@ -92,6 +98,7 @@ def look_at(header: RawHeader, data: bytes, mosaic: NDArray[np.uint16]) -> Conte
         *clipping_findings(names, histograms),
         *white_findings(whites),
         *optical_black_findings(masked, header.black_level),
+        *darker_findings(names, planes, header.black_level),
         *noise_findings(masked, planes[: len(masked)]),
         *code_findings(names, uses),
         *order_findings(order, cfa=header.cfa),

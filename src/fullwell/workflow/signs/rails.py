@@ -141,6 +141,53 @@ def noise_findings(masked: Sequence[MaskedArea], planes: Sequence[NDArray[np.uin
     return (Finding(code="optical-black-noisier", severity=Severity.WARNING, message=message),)
 
 
+def darker_findings(
+    channels: Sequence[str], planes: Sequence[NDArray[np.uint16]], black: Levels | None
+) -> tuple[Finding, ...]:
+    """Return a finding where parts of the picture are darker than the declared black level.
+
+    Parameters
+    ----------
+    channels, planes
+        By CFA site [DN].
+    black
+        As declared; a default of the format is no declaration.
+
+    """
+    if black is None or black.source == "default":
+        return ()
+    darker = [
+        (channel, level, declared)
+        for channel, plane, declared in zip(channels, planes, _per_site(black, len(channels)), strict=True)
+        if (level := _darkest_level(plane)) is not None and level < declared - APART_DN
+    ]
+    if not darker:
+        return ()
+    said = ", ".join(f"{channel} {level:.1f} DN" for channel, level, _ in darker)
+    declared = "/".join(f"{value:g}" for value in dict.fromkeys(value for _, _, value in darker))
+    message = (
+        f"Parts of the picture are darker than the declared black level {declared} DN (darkest blocks, six errors "
+        f"above their mean: {said}): the true level is lower. Dark frames or an exposure bracket tell it."
+    )
+    return (Finding(code="black-level-too-high", severity=Severity.WARNING, message=message),)
+
+
+def _darkest_level(plane: NDArray[np.uint16]) -> float | None:
+    """Return what the level of the darkest blocks is at most, six errors above their mean [DN].
+
+    Of so many blocks the least lies four errors low by chance. The darkest tenth of a per cent is averaged, so that one
+    defect does not decide.
+    """
+    rows, columns = (side // BLOCK * BLOCK for side in plane.shape)
+    tiles = plane[:rows, :columns].reshape(rows // BLOCK, BLOCK, columns // BLOCK, BLOCK)
+    means = tiles.mean(axis=(1, 3), dtype=np.float64).ravel()
+    variance = darkest_variance(plane)
+    if variance is None:
+        return None
+    count = max(means.size // 1000, 4)
+    return float(np.partition(means, count)[:count].mean() + 6.0 * np.sqrt(variance + 1.0 / 12.0) / BLOCK)
+
+
 def darkest_variance(plane: NDArray[np.uint16]) -> float | None:
     """Return the variance of a pixel in the darkest blocks of a plane, from differences along rows [DN^2].
 

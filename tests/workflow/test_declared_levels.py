@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fullwell.raw.image import Area, Levels, RawHeader
-from fullwell.workflow.measure.chart.shots import MaskedArea
+from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.signs.content import look_at
 from fullwell.workflow.signs.rails import optical_black_findings
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from fullwell.raw.cfa import cell
 from fullwell.raw.image import Area, RawHeader
 from fullwell.raw.open import decode
-from fullwell.workflow.measure.chart.shots import MaskedArea
 
 _EDGE: Final = 8
 """Pixels left out at the edges of a margin: light and charge reach over them."""
@@ -39,6 +38,30 @@ class MaskedSums:
     variance_dn2: float
     n: int
     line_error_dn: float
+    declared: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MaskedArea:
+    """The masked pixels of one CFA site: all frames' together.
+
+    Parameters
+    ----------
+    mean_dn, std_error_dn
+        Mean; its error from the scatter of the means of lines, which row and column noise widen [DN].
+    variance_dn2, dof
+        Of a pixel about the mean of its area [DN^2].
+    declared
+        Whether the file names the area as masked; else it is a margin beside the visible mosaic.
+
+    """
+
+    channel: str
+    mean_dn: float
+    std_error_dn: float
+    variance_dn2: float
+    dof: float
+    n: int
     declared: bool
 
 

@@ -22,12 +22,12 @@ from fullwell.workflow.measure.pattern_tiles import measure_pattern_tiles
 from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
 from fullwell.workflow.measure.processing import code_steps, code_uses, measure_processing
 from fullwell.workflow.measure.read_noise import measure_read_noise
+from fullwell.workflow.measure.second_reading import read_again
 from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
 from fullwell.workflow.measure.shading import BurstShading, measure_shading
 from fullwell.workflow.measure.steadiness import measure_steadiness
 from fullwell.workflow.measure.unlit import usable_unlit
 from fullwell.workflow.measure.white_level import WhiteLevel, measure_white
-from fullwell.workflow.second_reading import read_again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,8 +10,8 @@ from fullwell.fit.black_level import declared as declared_level
 from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channels
 from fullwell.frames.series import Study
 from fullwell.units import DN, Measured
+from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
-from fullwell.workflow.measure.chart.shots import MaskedArea
 from fullwell.workflow.measure.dark_level import dark_frames_level, single_burst_level
 from fullwell.workflow.measure.optical_black import OPTICAL_BLACK, masked_evidence, masked_findings, masked_rows
 from fullwell.workflow.measure.rounding import rounding_flags

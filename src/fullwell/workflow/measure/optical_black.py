@@ -9,8 +9,8 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.black_level import Evidence
 from fullwell.units import DN, Measured
+from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.measure.bursts import IsoBursts
-from fullwell.workflow.measure.chart.shots import MaskedArea
 from fullwell.workflow.measure.read_noise import choose_burst
 from fullwell.workflow.measure.section import RowWriter
 

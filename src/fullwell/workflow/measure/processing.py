@@ -18,10 +18,10 @@ from fullwell.statistics.noise_correlation import REACH, NoiseCorrelation
 from fullwell.statistics.series import Histogram
 from fullwell.units import ONE
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.code_gaps import PROCESSED, code_findings
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
+from fullwell.workflow.measure.second_reading import PairLook, SecondReading
 from fullwell.workflow.measure.section import Section
-from fullwell.workflow.second_reading import PairLook, SecondReading
-from fullwell.workflow.signs.codes import PROCESSED, code_findings
 
 FLAG: Final = "processed"
 CORRELATED: Final = 0.03

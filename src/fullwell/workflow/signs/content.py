@@ -14,10 +14,9 @@ from fullwell.statistics.codes import CodeUse, code_use
 from fullwell.statistics.isolated_pixels import IsolatedPixels, isolated_pixels
 from fullwell.statistics.mosaic_order import MosaicOrder, Order, mosaic_order
 from fullwell.statistics.series import Histogram
-from fullwell.workflow.masked import masked_area, masked_sums
-from fullwell.workflow.measure.chart.shots import MaskedArea
+from fullwell.workflow.masked import MaskedArea, masked_area, masked_sums
+from fullwell.workflow.measure.code_gaps import code_findings, effective_bits
 from fullwell.workflow.measure.white_level import WhiteLevel, pile_up, white_findings
-from fullwell.workflow.signs.codes import code_findings, effective_bits
 from fullwell.workflow.signs.order import alternation_findings, order_findings
 from fullwell.workflow.signs.pixels import isolated_findings
 from fullwell.workflow.signs.rails import (

@@ -11,7 +11,7 @@ from fullwell.fit.black_level import METADATA_STD_ERROR
 from fullwell.fit.censored import MAX_CLIPPED
 from fullwell.raw.image import Levels
 from fullwell.statistics.series import Histogram
-from fullwell.workflow.measure.chart.shots import MaskedArea
+from fullwell.workflow.masked import MaskedArea
 
 CODES_THAT_SHOW_A_CUT: Final = 4
 APART_ERRORS: Final = 4.0

@@ -14,9 +14,10 @@ from fullwell.fit.pooling import mean_sharing_errors, weighted_mean
 from fullwell.frames.series import Study
 from fullwell.raw.cfa import ALL
 from fullwell.units import DN, Measured
+from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.measure.chart.bracket import Bracket, solve_brackets
 from fullwell.workflow.measure.chart.noise_model import ChartModel
-from fullwell.workflow.measure.chart.shots import MaskedArea, Shots
+from fullwell.workflow.measure.chart.shots import Shots
 from fullwell.workflow.measure.levels import declared_black
 from fullwell.workflow.measure.white_level import METADATA, USER
 

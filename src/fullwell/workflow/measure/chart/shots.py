@@ -10,31 +10,8 @@ from fullwell.frames.chart.locate import Located
 from fullwell.frames.chart.patches import Patch
 from fullwell.statistics.chart import Cuts, PatchPoint
 from fullwell.statistics.series import Histogram
+from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.measure.bursts import IsoBursts
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MaskedArea:
-    """The masked pixels of one CFA site: all frames' together.
-
-    Parameters
-    ----------
-    mean_dn, std_error_dn
-        Mean; its error from the scatter of the means of lines, which row and column noise widen [DN].
-    variance_dn2, dof
-        Of a pixel about the mean of its area [DN^2].
-    declared
-        Whether the file names the area as masked; else it is a margin beside the visible mosaic.
-
-    """
-
-    channel: str
-    mean_dn: float
-    std_error_dn: float
-    variance_dn2: float
-    dof: float
-    n: int
-    declared: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

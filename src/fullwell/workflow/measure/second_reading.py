@@ -11,9 +11,8 @@ from fullwell.errors import RawFileError
 from fullwell.frames.series import Kind
 from fullwell.raw.open import decode
 from fullwell.statistics.noise_correlation import NoiseCorrelation, noise_correlation
-from fullwell.workflow.masked import MaskedSums, masked_area, masked_sums
+from fullwell.workflow.masked import MaskedArea, MaskedSums, masked_area, masked_sums
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
-from fullwell.workflow.measure.chart.shots import MaskedArea
 from fullwell.workflow.measure.read_noise import choose_burst
 from fullwell.workflow.measure.white_level import WhiteLevel
 

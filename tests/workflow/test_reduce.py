@@ -10,111 +10,29 @@ from threading import Event
 
 import numpy as np
 import pytest
-import tifffile
 import xxhash
+from mixed_study import HEIGHT, TILE, WIDTH, Mosaics, assert_same, assert_same_reduction, direct, mixed_study
 
 from fullwell.errors import RawFileError
 from fullwell.findings import Severity
-from fullwell.frames.series import Camera, Frame, Kind, Series, Study
-from fullwell.raw.open import read_header
-from fullwell.raw.write import write_dng
+from fullwell.frames.series import Kind, Study
 from fullwell.statistics.accumulation import Accumulation
 from fullwell.statistics.batch import Batch
-from fullwell.statistics.burst import burst_sums
-from fullwell.statistics.finalize import finalize
-from fullwell.statistics.moments import Layout, Moments, stack_of
-from fullwell.statistics.series import SeriesStatistics
-from fullwell.workflow import reduce, scratch
+from fullwell.statistics.moments import Layout
+from fullwell.workflow import plan, scratch, threads
 from fullwell.workflow.executor import run_threads
-from fullwell.workflow.reduce import Reduction, reduce_study
-
-HEIGHT, WIDTH, TILE = 70, 90, 16
-PLAN = ((Kind.FLAT, 0.02, 9), (Kind.FLAT, 0.01, 4), (Kind.DARK, 0.02, 7), (Kind.BIAS, None, 1))
-Mosaics = dict[str, np.ndarray]
-
-
-def write_frame(path: Path, mosaic: np.ndarray, number: int) -> None:
-    """Write every second frame compressed and every fifth as TIFF, so that all ways into memory are taken."""
-    if number % 5 == 4:
-        tifffile.imwrite(path, mosaic, photometric="minisblack")
-        return
-    compression = "lossless-jpeg" if number % 2 else "none"
-    write_dng(path, mosaic, cfa="GRBG", black_level=(64,) * 4, white_level=1023, bit_depth=10, compression=compression)
+from fullwell.workflow.reduce import reduce_study
 
 
 @pytest.fixture
 def study(tmp_path: Path) -> tuple[Study, Mosaics]:
-    rng = np.random.default_rng(5)
-    mosaics: Mosaics = {}
-    series: list[Series] = []
-    for kind, exposure, count in PLAN:
-        frames: list[Frame] = []
-        for number in range(count):
-            name = f"{kind}-{exposure}-{number:02d}.dng"
-            mosaics[name] = rng.normal(300, 9, (HEIGHT, WIDTH)).round().astype(np.uint16)
-            write_frame(tmp_path / name, mosaics[name], number)
-            header = dataclasses.replace(read_header(tmp_path / name), cfa="GRBG")
-            frames.append(Frame(name=name, header=header, size=(tmp_path / name).stat().st_size))
-        series.append(Series(kind=kind, iso=100.0, exposure_s=exposure, frames=tuple(frames)))
-    found = Study(
-        root=tmp_path,
-        camera=Camera(),
-        series=tuple(series),
-        width=WIDTH,
-        height=HEIGHT,
-        cfa="GRBG",
-        bit_depth=10,
-        black_level=None,
-        white_level=None,
-    )
-    return found, mosaics
-
-
-def direct(series: Series, mosaics: Mosaics) -> SeriesStatistics:
-    """Statistics of mosaics in memory, without threads or files; frames without a mosaic are left out."""
-    moments = Moments(
-        Layout(height=HEIGHT, width=WIDTH, cfa="GRBG", tile=TILE), every_histogram=series.kind is not Kind.FLAT
-    )
-    names = sorted(frame.name for frame in series.frames if frame.name in mosaics)
-    bursts = None
-    for part in (names[:5], names[5:]):
-        if part:
-            moments.add(part, stack_of([mosaics[name] for name in part]))
-        if part == names[:5] and (len(names) <= 5 or series.kind is not Kind.FLAT):
-            bursts = burst_sums(moments)
-    return finalize(moments, bursts=bursts)
-
-
-def assert_same(mine: object, its: object) -> None:
-    """Compare nested statistics bit by bit."""
-    if dataclasses.is_dataclass(mine):
-        assert type(mine) is type(its)
-        for field in dataclasses.fields(mine):
-            assert_same(getattr(mine, field.name), getattr(its, field.name))
-    elif isinstance(mine, np.ndarray):
-        np.testing.assert_array_equal(mine, its)
-    elif isinstance(mine, tuple):
-        assert isinstance(its, tuple)
-        assert len(mine) == len(its)
-        for one, other in zip(mine, its, strict=True):
-            assert_same(one, other)
-    else:
-        assert mine == its or (mine != mine and its != its)  # noqa: PLR0124 - NaN is NaN here
-
-
-def assert_same_reduction(mine: Reduction, its: Reduction) -> None:
-    assert list(mine.statistics) == list(its.statistics)
-    for one, other in zip(mine.statistics.values(), its.statistics.values(), strict=True):
-        assert_same(one, other)
-    assert list(mine.hashes.items()) == list(its.hashes.items())
-    assert mine.excluded == its.excluded
-    assert mine.findings == its.findings
+    return mixed_study(tmp_path)
 
 
 @pytest.fixture(params=[8, 2], ids=["roomy", "tight"])
 def memory(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> int:
     """Leave room for all of a burst, or for less, so that it is added in parts."""
-    monkeypatch.setattr(reduce, "MOST_SLOTS", request.param)
+    monkeypatch.setattr(plan, "MOST_SLOTS", request.param)
     return request.param
 
 
@@ -253,14 +171,14 @@ def test_one_failing_thread_stops_the_others(error: BaseException) -> None:
 def largest_memory(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
     """Return a function that tells how much memory for files was asked for."""
     asked: list[int] = []
-    original = reduce.Slots
+    original = threads.Slots
 
     class Counting(original):
-        def __init__(self, *, slots: int, slot_bytes: int, height: int, width: int) -> None:
+        def __init__(self, *, slots: int, slot_bytes: int, layout: Layout) -> None:
             asked.append(slots * slot_bytes)
-            super().__init__(slots=slots, slot_bytes=slot_bytes, height=height, width=width)
+            super().__init__(slots=slots, slot_bytes=slot_bytes, layout=layout)
 
-    monkeypatch.setattr(reduce, "Slots", Counting)
+    monkeypatch.setattr(threads, "Slots", Counting)
     return lambda: sum(asked)
 
 
@@ -268,7 +186,7 @@ def test_memory_for_files_is_bounded(
     study: tuple[Study, Mosaics], largest_memory: Callable[[], int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     slot = max(2 * HEIGHT * WIDTH, *(frame.size for series in study[0].series for frame in series.frames))
-    monkeypatch.setattr(reduce, "MOST_BUFFER_BYTES", 6 * slot)
+    monkeypatch.setattr(plan, "MOST_BUFFER_BYTES", 6 * slot)
     found = reduce_study(study[0], workers=3, tile=TILE)
     assert largest_memory() <= 6 * slot
     assert_same(found.statistics[study[0].series[0].key], direct(study[0].series[0], study[1]))

@@ -9,19 +9,23 @@ import typer
 
 from fullwell.cli.options import (
     Black,
+    Cache,
     CameraFacts,
     Cfa,
     Crop,
+    Dask,
     DryRun,
     Exposures,
     Headerless,
     Isos,
     Json,
     LegacyBlack,
+    NoCache,
     Only,
     Out,
     Profile,
     Quiet,
+    Recheck,
     Tile,
     Verbose,
     Version,
@@ -33,12 +37,9 @@ from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded, status_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from fullwell.figures.results import Results
-    from fullwell.findings import Finding
     from fullwell.frames.selection import Selection
-    from fullwell.workflow.options import Options
+    from fullwell.workflow.options import CacheChoice, Options
 
 
 def characterize(
@@ -63,6 +64,10 @@ def characterize(
     profile: Profile = None,
     legacy_black: LegacyBlack = "kept",
     workers: Workers = None,
+    dask: Dask = None,
+    cache: Cache = None,
+    no_cache: NoCache = False,
+    recheck: Recheck = False,
     dry_run: DryRun = False,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -71,7 +76,7 @@ def characterize(
 ) -> None:
     """Measure a sensor."""
     with guarded(verbose=verbose):
-        from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
+        from fullwell.cli.parsing import cache_from, selection_from  # noqa: PLC0415 - heavy, `--help` does not need it
 
         selection = selection_from(
             isos=iso,
@@ -84,16 +89,22 @@ def characterize(
             crop=crop,
             headerless=headerless,
         )
-        options = _options(selection, tile=tile, workers=workers, profile=profile, legacy_black=legacy_black)
-        if dry_run:
-            findings = _show_plan(path, options, as_json=as_json)
-        else:
-            findings = _measure(path, out, options, as_json=as_json, quiet=quiet)
-        raise typer.Exit(status_of(findings))
+        kept = cache_from(cache, no_cache=no_cache, out=out, recheck=recheck)
+        options = _options(
+            selection, tile=tile, workers=workers, dask=dask, cache=kept, profile=profile, legacy_black=legacy_black
+        )
+        raise typer.Exit((_show_plan if dry_run else _measure)(path, out, options, as_json=as_json, quiet=quiet))
 
 
 def _options(
-    selection: "Selection", *, tile: int | None, workers: int | None, profile: str | None, legacy_black: str
+    selection: "Selection",
+    *,
+    tile: int | None,
+    workers: int | None,
+    dask: str | None,
+    cache: "CacheChoice | None",
+    profile: str | None,
+    legacy_black: str,
 ) -> "Options":
     from fullwell.cli.parsing import legacy_black_from, tile_from  # noqa: PLC0415 - as above
     from fullwell.workflow.measure.emva.measure import profiles_named  # noqa: PLC0415 - as above
@@ -104,11 +115,14 @@ def _options(
         tile=tile_from(tile),
         workers=workers or os.cpu_count() or 1,
         profiles=() if profile is None else profiles_named(profile),
+        dask=dask,
+        cache=cache,
         legacy_black_subtracted=legacy_black_from(legacy_black),
     )
 
 
-def _show_plan(path: Path, options: "Options", *, as_json: bool) -> "Sequence[Finding]":
+def _show_plan(path: Path, _out: Path | None, options: "Options", *, as_json: bool, quiet: bool) -> int:
+    del quiet  # it is what was asked for
     from fullwell.frames.study import load_study  # noqa: PLC0415 - heavy, and `--help` does not need it
 
     study = load_study(path, options.selection)
@@ -122,10 +136,10 @@ def _show_plan(path: Path, options: "Options", *, as_json: bool) -> "Sequence[Fi
         from fullwell.cli.tables import print_study  # noqa: PLC0415 - as above
 
         print_study(Console(file=sys.stdout), study)
-    return study.findings
+    return status_of(study.findings)
 
 
-def _measure(path: Path, out: Path | None, options: "Options", *, as_json: bool, quiet: bool) -> "Sequence[Finding]":
+def _measure(path: Path, out: Path | None, options: "Options", *, as_json: bool, quiet: bool) -> int:
     from fullwell.errors import UsageError  # noqa: PLC0415 - as above
 
     if out is None:
@@ -140,7 +154,7 @@ def _measure(path: Path, out: Path | None, options: "Options", *, as_json: bool,
         sys.stdout.write(results_json(results))
     elif not quiet:
         _tell(results, out)
-    return results.findings
+    return status_of(results.findings)
 
 
 def _tell(results: "Results", out: Path) -> None:

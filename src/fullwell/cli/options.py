@@ -94,6 +94,25 @@ Workers = Annotated[
     int | None,
     typer.Option("--workers", min=1, metavar="N", help="Threads; all cores by default. Results never differ."),
 ]
+Dask = Annotated[
+    str | None,
+    typer.Option(
+        "--dask",
+        metavar="SCHEDULER",
+        help="Read the frames in the processes of a Dask cluster: tcp://host:8786, or local for this machine's own.",
+    ),
+]
+Cache = Annotated[
+    Path | None,
+    typer.Option(
+        "--cache",
+        parser=path_from,
+        metavar="FOLDER",
+        help="Keep finished series here, for other studies too, up to 32 GB; by default in OUT.cache.",
+    ),
+]
+NoCache = Annotated[bool, typer.Option("--no-cache", help="Keep no finished series, and use none.")]
+Recheck = Annotated[bool, typer.Option("--recheck", help="Read and hash every file before what is kept of it is used.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would be read and measured, and stop.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the document as JSON on stdout, and nothing else there.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no summary.")]

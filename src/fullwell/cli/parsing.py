@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Final
 
 from fullwell.errors import UsageError
@@ -13,6 +14,8 @@ from fullwell.frames.selection import Selection
 from fullwell.frames.series import HIGHEST_CODE, Kind
 from fullwell.raw.cfa import BAYER, MONO
 from fullwell.raw.headerless_format import parse_format
+from fullwell.workflow.cache.opening import cache_beside
+from fullwell.workflow.options import CacheChoice
 
 SMALLEST_TILE: Final = 4
 LARGEST_TILE: Final = 256
@@ -73,6 +76,15 @@ def tile_from(value: int | None) -> int | None:
     if value is not None and not SMALLEST_TILE <= value <= LARGEST_TILE:
         raise UsageError(f"--tile {value}: give {SMALLEST_TILE} to {LARGEST_TILE} pixels of a CFA plane.")
     return value
+
+
+def cache_from(folder: Path | None, *, no_cache: bool, out: Path | None, recheck: bool = False) -> CacheChoice | None:
+    """Return where finished series are kept: beside the results unless told otherwise."""
+    if folder is not None and no_cache:
+        raise UsageError("--cache and --no-cache contradict each other: give one of them.")
+    if folder is not None:
+        return CacheChoice(folder=folder, shared=True, recheck=recheck)
+    return None if no_cache or out is None else CacheChoice(folder=cache_beside(out), recheck=recheck)
 
 
 def _crop(text: str) -> tuple[int, int, int, int]:

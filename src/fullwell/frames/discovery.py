@@ -14,6 +14,9 @@ from fullwell.raw.presets import read_presets
 
 _KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or scene (any depth below them)"
 
+_CACHE_TAG = "CACHEDIR.TAG"
+"""Holds a folder of what can be made again, such as finished series of ours."""
+
 
 @dataclass(slots=True, kw_only=True)
 class _Search:
@@ -66,7 +69,7 @@ def discover(root: Path, *, headerless: bool = False) -> Source:
 def _walk(folder: Path, *, prefix: str, kind: Kind | None, search: _Search) -> bool:
     """Collect what lies below a folder; return whether a folder named for a kind was met."""
     identity = (os.path.realpath(folder), kind)
-    if identity in search.visited:
+    if identity in search.visited or (folder / _CACHE_TAG).is_file():
         return False
     search.visited.add(identity)
     folders, files = _entries(folder)
@@ -123,7 +126,7 @@ def _is_frame(suffix: str, search: _Search) -> bool:
 
 
 def _is_our_output(folder: Path) -> bool:
-    return (folder / "results.json").is_file()
+    return (folder / "results.json").is_file() or (folder / _CACHE_TAG).is_file()
 
 
 def _findings(search: _Search) -> Iterator[Finding]:

@@ -74,12 +74,10 @@ class FrameSums(NamedTuple):
 
 
 class _Extremes(NamedTuple):
-    """Lowest and highest code of each column of a band and how often they occur, shape (cell, width)."""
+    """Lowest and highest code of each column of a band, by phase of the row, shape (cell, width)."""
 
     lowest: NDArray[np.uint16]
     highest: NDArray[np.uint16]
-    n_lowest: NDArray[np.uint16]
-    n_highest: NDArray[np.uint16]
 
 
 @njit(cache=True, nogil=True)
@@ -102,42 +100,28 @@ def add_four(x: tuple[NDArray[np.uint16], ...], codes: NDArray[np.uint32], squar
 
 
 @njit(cache=True, nogil=True)
-def _count_one(x: NDArray[np.uint16], phase: int, extremes: _Extremes) -> None:
+def _follow_one(x: NDArray[np.uint16], lowest: NDArray[np.uint16], highest: NDArray[np.uint16]) -> None:
     """Follow the extreme codes of each column through a row of one frame."""
-    low, n_low = extremes.lowest[phase], extremes.n_lowest[phase]
     for c in range(x.size):
-        lowest = min(x[c], low[c])
-        kept = n_low[c] if lowest == low[c] else np.uint16(0)
-        n_low[c] = np.uint16(kept + np.uint16(x[c] == lowest))
-        low[c] = lowest
-    high, n_high = extremes.highest[phase], extremes.n_highest[phase]
-    for c in range(x.size):
-        highest = max(x[c], high[c])
-        kept = n_high[c] if highest == high[c] else np.uint16(0)
-        n_high[c] = np.uint16(kept + np.uint16(x[c] == highest))
-        high[c] = highest
+        lowest[c] = min(x[c], lowest[c])
+        highest[c] = max(x[c], highest[c])
 
 
 @njit(cache=True, nogil=True)
-def _count_four(x: tuple[NDArray[np.uint16], ...], phase: int, extremes: _Extremes) -> None:
+def _follow_four(x: tuple[NDArray[np.uint16], ...], lowest: NDArray[np.uint16], highest: NDArray[np.uint16]) -> None:
     """Follow the extreme codes of each column through the same row of four frames."""
     first, second, third, fourth = x
-    low, n_low = extremes.lowest[phase], extremes.n_lowest[phase]
     for c in range(first.size):
         i, j, k, m = first[c], second[c], third[c], fourth[c]
-        lowest = min(min(min(i, j), min(k, m)), low[c])  # noqa: PLW3301 - pairs compile to vector minima
-        kept = n_low[c] if lowest == low[c] else np.uint16(0)
-        equal = np.uint16(i == lowest) + np.uint16(j == lowest) + np.uint16(k == lowest) + np.uint16(m == lowest)
-        n_low[c] = np.uint16(kept + equal)
-        low[c] = lowest
-    high, n_high = extremes.highest[phase], extremes.n_highest[phase]
-    for c in range(first.size):
-        i, j, k, m = first[c], second[c], third[c], fourth[c]
-        highest = max(max(max(i, j), max(k, m)), high[c])  # noqa: PLW3301 - pairs compile to vector maxima
-        kept = n_high[c] if highest == high[c] else np.uint16(0)
-        equal = np.uint16(i == highest) + np.uint16(j == highest) + np.uint16(k == highest) + np.uint16(m == highest)
-        n_high[c] = np.uint16(kept + equal)
-        high[c] = highest
+        lowest[c] = min(min(min(i, j), min(k, m)), lowest[c])  # noqa: PLW3301 - pairs compile to vector minima
+        highest[c] = max(max(max(i, j), max(k, m)), highest[c])  # noqa: PLW3301 - pairs compile to vector maxima
+
+
+@njit(cache=True, nogil=True)
+def _count(x: NDArray[np.uint16], code: NDArray[np.uint16], n: NDArray[np.uint16]) -> None:
+    """Count in each column of a row of one frame the code that is asked for there."""
+    for c in range(x.size):
+        n[c] = np.uint16(n[c] + np.uint16(x[c] == code[c]))
 
 
 @njit(cache=True, nogil=True)
@@ -174,23 +158,47 @@ def _close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint6
 
 @njit(cache=True, nogil=True)
 def _close_extremes(extremes: _Extremes, band: Band, series: SeriesSums) -> None:
-    """Merge the extremes of a band's columns into those of its tiles."""
+    """Merge the extremes of a band's columns into those of its tiles, and write these over the columns'.
+
+    Where a tile has a new extreme, its count begins at nothing.
+    """
     cell, step = band.cell, band.cell * band.tile
     tile_row = band.top // step
     for phase in range(cell):
-        for c in range(extremes.lowest.shape[1]):
+        low, high = extremes.lowest[phase], extremes.highest[phase]
+        for first in range(cell):
+            site = phase * cell + first
+            for tile in range(-(-low.size // step)):
+                lowest, highest = series.lowest[site, tile_row, tile], series.highest[site, tile_row, tile]
+                last = min((tile + 1) * step, low.size)
+                for c in range(tile * step + first, last, cell):
+                    lowest, highest = min(lowest, low[c]), max(highest, high[c])
+                if lowest < series.lowest[site, tile_row, tile]:
+                    series.lowest[site, tile_row, tile] = lowest
+                    series.n_lowest[site, tile_row, tile] = 0
+                if highest > series.highest[site, tile_row, tile]:
+                    series.highest[site, tile_row, tile] = highest
+                    series.n_highest[site, tile_row, tile] = 0
+                for c in range(tile * step + first, last, cell):
+                    low[c], high[c] = lowest, highest
+
+
+@njit(cache=True, nogil=True)
+def _count_extremes(stack: Stack, band: Band, extremes: _Extremes, series: SeriesSums) -> None:
+    """Count how often the extremes of each tile, which stand in every column of ``extremes``, occur in the band."""
+    cell, step, width = band.cell, band.cell * band.tile, stack.width
+    n_low, n_high = np.zeros((cell, width), np.uint16), np.zeros((cell, width), np.uint16)
+    for row in range(band.top, band.bottom):
+        phase = row % cell
+        for start in stack.starts:
+            x = stack.codes[start + row * width : start + (row + 1) * width]
+            _count(x, extremes.lowest[phase], n_low[phase])
+            _count(x, extremes.highest[phase], n_high[phase])
+    for phase in range(cell):
+        for c in range(width):
             site, tile = phase * cell + c % cell, c // step
-            low, high = extremes.lowest[phase, c], extremes.highest[phase, c]
-            if low < series.lowest[site, tile_row, tile]:
-                series.lowest[site, tile_row, tile] = low
-                series.n_lowest[site, tile_row, tile] = 0
-            if low == series.lowest[site, tile_row, tile]:
-                series.n_lowest[site, tile_row, tile] += np.int64(extremes.n_lowest[phase, c])
-            if high > series.highest[site, tile_row, tile]:
-                series.highest[site, tile_row, tile] = high
-                series.n_highest[site, tile_row, tile] = 0
-            if high == series.highest[site, tile_row, tile]:
-                series.n_highest[site, tile_row, tile] += np.int64(extremes.n_highest[phase, c])
+            series.n_lowest[site, band.top // step, tile] += np.int64(n_low[phase, c])
+            series.n_highest[site, band.top // step, tile] += np.int64(n_high[phase, c])
 
 
 @njit(cache=True, nogil=True)
@@ -213,12 +221,7 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
     """
     width, count, cell = stack.width, stack.starts.size, band.cell
     columns = np.zeros((count, cell, width), np.uint32)
-    extremes = _Extremes(
-        np.full((cell, width), _TOP_CODE, np.uint16),
-        np.zeros((cell, width), np.uint16),
-        np.zeros((cell, width), np.uint16),
-        np.zeros((cell, width), np.uint16),
-    )
+    extremes = _Extremes(np.full((cell, width), _TOP_CODE, np.uint16), np.zeros((cell, width), np.uint16))
     fours = count - count % 4
     for row in range(band.top, band.bottom):
         phase = row % cell
@@ -235,16 +238,17 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
                 stack.codes[at[f + 3] : at[f + 3] + width],
             )
             add_four(x, codes, squares)
-            _count_four(x, phase, extremes)
+            _follow_four(x, extremes.lowest[phase], extremes.highest[phase])
         for f in range(count):
             x_f = stack.codes[at[f] : at[f] + width]
             if f >= fours:
                 add_one(x_f, codes, squares)
-                _count_one(x_f, phase, extremes)
+                _follow_one(x_f, extremes.lowest[phase], extremes.highest[phase])
             _add_margins(x_f, columns[f, phase], frames.rows[f, row])
     for f in range(count):
         _close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
     _close_extremes(extremes, band, series)
+    _count_extremes(stack, band, extremes, series)
 
 
 @njit(cache=True, nogil=True)

@@ -124,9 +124,21 @@ class Moments:
         self.tile_squares = np.zeros((2, *grid), np.uint64)
         self.histogram = np.zeros((layout.sites, CODES), np.int64)
         self._bands = layout.bands()
+        self._make_locks()
+        self.clear(every_histogram=every_histogram)
+
+    def _make_locks(self) -> None:
         self._band_locks = tuple(Lock() for _ in self._bands)
         self._lock = Lock()
-        self.clear(every_histogram=every_histogram)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what goes to another process: everything but the locks."""
+        return {name: value for name, value in vars(self).items() if not name.endswith(("_locks", "_lock"))}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Take what came from another process."""
+        vars(self).update(state)
+        self._make_locks()
 
     def clear(self, *, every_histogram: bool) -> None:
         """Forget all frames; the maps are written anew by the first frames to come."""

@@ -16,7 +16,10 @@ from fullwell.raw.cfa import cell
 from fullwell.report.pictures import Pictures, ResponsePicture
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
+from fullwell.workflow.cache.opening import opened_cache
+from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.chart import ChartOutcome, measure_chart_folders, pictures_of
+from fullwell.workflow.cluster import connected
 from fullwell.workflow.description import describe
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.executor import Progress
@@ -32,6 +35,7 @@ from fullwell.workflow.measure.shading_differences import measure_shading_differ
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import difference_pictures, response_pictures, shading_pictures
 from fullwell.workflow.pictures import take_pictures
+from fullwell.workflow.plan import Cluster
 from fullwell.workflow.published.study import measure_published_study
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
@@ -78,9 +82,13 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     check_target(out)
     _refuse_to_replace(path, out)
     started = time.monotonic()
+    cache = opened_cache(options, out=out)
     with replaced_folder(out) as folder:
-        measurement = measure(path, options=options, progress=progress, folder=folder)
-        run = run_facts(study=path, out=out, options=options, started=started)
+        with connected(options.dask, workers=options.workers) as cluster:
+            measurement = measure(path, options=options, progress=progress, folder=folder, cache=cache, cluster=cluster)
+        if cache is not None:
+            cache.sweep()
+        run = run_facts(study=path, out=out, options=options, started=started, cache=cache)
         results = replace(measurement.results, run=run)
         write_files(results, folder, pictures=measurement.pictures)
     return results
@@ -94,7 +102,13 @@ def _refuse_to_replace(path: Path, out: Path) -> None:
 
 
 def measure(
-    path: Path, *, options: Options, progress: Progress | None = None, folder: Path | None = None
+    path: Path,
+    *,
+    options: Options,
+    progress: Progress | None = None,
+    folder: Path | None = None,
+    cache: SeriesCache | None = None,
+    cluster: Cluster | None = None,
 ) -> Measurement:
     """Measure a study.
 
@@ -104,6 +118,10 @@ def measure(
         As `characterize`.
     folder
         Where ``maps/`` and ``tables/`` are written; None writes neither, and takes no pictures.
+    cache
+        Where finished series are looked for and kept.
+    cluster
+        Who reads the frames in place of this machine's threads.
 
     """
     study = load_study(path, options.selection)
@@ -125,6 +143,8 @@ def measure(
             scratch=Path(scratch),
             pairs=bool(options.profiles),
             least_kept=FEWEST_FRAMES if options.profiles else 1,
+            cache=cache,
+            cluster=cluster,
         )
         return _measured(study, measured, reduction, options=options, tile=tile, folder=folder, progress=progress)
 

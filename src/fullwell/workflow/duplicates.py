@@ -13,7 +13,9 @@ from typing import Final, TypeVar
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
 from fullwell.raw.open import decode, read_bytes
+from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.executor import Progress
+from fullwell.workflow.plan import Cluster
 from fullwell.workflow.reduce import Reduction, reduce_study
 
 CODE: Final = "duplicate-frame"
@@ -39,6 +41,8 @@ def reduce_without_copies(
     scratch: Path | None = None,
     pairs: bool = False,
     least_kept: int = 1,
+    cache: SeriesCache | None = None,
+    cluster: Cluster | None = None,
 ) -> Reduction:
     """Return the statistics of a study's series, every file's content counted once.
 
@@ -47,7 +51,7 @@ def reduce_without_copies(
 
     Parameters
     ----------
-    study, workers, tile, progress, keep, scratch, pairs, least_kept
+    study, workers, tile, progress, keep, scratch, pairs, least_kept, cache, cluster
         As `reduce_study`; ``progress`` starts again where frames are read a second time.
 
     Returns
@@ -65,6 +69,8 @@ def reduce_without_copies(
         scratch=scratch,
         pairs=pairs,
         least_kept=least_kept,
+        cache=cache,
+        cluster=cluster,
     )
     reduction = reduce(study)
     flat, copies = _told_apart(_copies(study, reduction))

@@ -2,8 +2,29 @@
 
 import os
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from fullwell.frames.selection import Selection
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CacheChoice:
+    """Where and how finished series are kept.
+
+    Parameters
+    ----------
+    folder
+        Made if need be.
+    shared
+        Whether other studies use the folder too: what this one does not use stays there, up to 32 GB.
+    recheck
+        Whether every file is read and hashed before what is kept of it is used, whatever the file system says.
+
+    """
+
+    folder: Path
+    shared: bool = False
+    recheck: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,6 +42,11 @@ class Options:
         Threads; results never depend on their number.
     profiles
         Profiles of EMVA 1288 to evaluate by, beside all else.
+    dask
+        Address of a Dask scheduler whose processes read the frames, ``local`` for as many processes of this machine as
+        there are workers; None reads them in threads. Results never depend on it.
+    cache
+        Where finished series are kept, and looked for by the next run; None keeps none.
     legacy_black_subtracted
         Whether the published study's tables have the black level subtracted first; as published it is left in.
 
@@ -30,4 +56,6 @@ class Options:
     tile: int | None = None
     workers: int = field(default_factory=lambda: os.cpu_count() or 1)
     profiles: tuple[str, ...] = ()
+    dask: str | None = None
+    cache: CacheChoice | None = None
     legacy_black_subtracted: bool = False

@@ -8,10 +8,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from fullwell import __version__
+from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.options import Options
 
 
-def run_facts(*, study: Path, out: Path, options: Options, started: float) -> Mapping[str, object]:
+def run_facts(
+    *, study: Path, out: Path, options: Options, started: float, cache: SeriesCache | None = None
+) -> Mapping[str, object]:
     """Return what the results document says under ``run`` (RESULTS 2).
 
     Parameters
@@ -24,6 +27,8 @@ def run_facts(*, study: Path, out: Path, options: Options, started: float) -> Ma
         Of the measurement.
     started
         When it began, by the monotonic clock [s].
+    cache
+        Where finished series were looked for and kept.
 
     """
     return {
@@ -35,4 +40,5 @@ def run_facts(*, study: Path, out: Path, options: Options, started: float) -> Ma
         "host": platform.node(),
         "duration_s": round(time.monotonic() - started, 3),
         "workers": options.workers,
+        "cache": None if cache is None else cache.told,
     }

@@ -3,19 +3,12 @@
 from collections import deque
 from collections.abc import Sequence
 from threading import Condition, Event
-from typing import Final
 
-from fullwell.frames.series import Exclusion, Frame, Kind, Series
+from fullwell.frames.series import Series
 from fullwell.statistics.accumulation import Accumulation
-from fullwell.statistics.burst import LEGACY_FRAMES
 from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import POLL_S
-
-UNLIT: Final = frozenset({Kind.DARK, Kind.BIAS})
-
-
-Group = tuple[Frame, ...]
-"""Two frames that follow each other by name, or the last of an odd number: one thread reads them, into one batch."""
+from fullwell.workflow.parts import UNLIT, Group, Record, first_frames, groups_of, in_order
 
 
 class OpenSeries:
@@ -30,22 +23,18 @@ class OpenSeries:
     series
         Its frames.
     pairs
-        Whether its first two frames are wanted together: then the first five are one thread's in lit series too.
+        Whether its first two frames are wanted together.
 
     """
 
     def __init__(self, series: Series, *, pairs: bool = False) -> None:
-        frames = sorted(series.frames, key=lambda frame: frame.name)
+        frames, own = in_order(series), first_frames(series, pairs=pairs)
         self.series = series
-        self.unlit = series.kind in UNLIT
-        self.pairs = pairs
-        own = LEGACY_FRAMES if pairs or self.unlit or len(frames) <= LEGACY_FRAMES else 0
         self.first = groups_of(frames[:own])
         self.rest = deque(groups_of(frames[own:]))
         self.busy = 0
         self.begun = Event()
-        self.hashes: dict[str, str] = {}
-        self.excluded: list[Exclusion] = []
+        self.record = Record()
         self._sums: Accumulation | None = None
 
     def open(self, sums: Accumulation) -> None:
@@ -65,11 +54,6 @@ class OpenSeries:
         return self._sums
 
 
-def groups_of(frames: Sequence[Frame]) -> tuple[Group, ...]:
-    """Return frames two by two."""
-    return tuple(tuple(frames[at : at + 2]) for at in range(0, len(frames), 2))
-
-
 class Schedule:
     """Hands frames to threads.
 
@@ -79,15 +63,12 @@ class Schedule:
         In the order they are opened.
     most_open
         Series that may be open at once.
-    workers
-        Threads that ask.
     pairs
         As `OpenSeries`.
 
     """
 
-    def __init__(self, series: Sequence[Series], *, most_open: int, workers: int, pairs: bool = False) -> None:
-        self.workers = workers
+    def __init__(self, series: Sequence[Series], *, most_open: int, pairs: bool = False) -> None:
         self._pairs = pairs
         self._waiting = deque(series)
         self._open: list[OpenSeries] = []
@@ -133,11 +114,12 @@ class Schedule:
 
     def begin(self, opened: OpenSeries, layout: Layout) -> None:
         """Give a series its sums: those of a finished one if there are any, since new memory takes its time."""
+        unlit = opened.series.kind in UNLIT
         with self._changed:
             spare = self._spare.pop() if self._spare else None
         if spare is not None:
-            spare.clear(unlit=opened.unlit)
-        opened.open(spare or Accumulation(layout, unlit=opened.unlit))
+            spare.clear(unlit=unlit)
+        opened.open(spare or Accumulation(layout, unlit=unlit))
 
     def close(self, opened: OpenSeries) -> None:
         """Let a finished series go, so that the next may be opened."""

@@ -13,6 +13,7 @@ from fullwell.kernels.moments import Stack
 from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
 from fullwell.statistics.batch import Batch
+from fullwell.statistics.moments import Layout
 
 _LINE: Final = 64
 _PIECE: Final = 1 << 18
@@ -27,16 +28,16 @@ class Slots:
         Files that fit at once.
     slot_bytes
         Room for the largest file, and for the largest mosaic.
-    height, width
-        Size of every frame's visible mosaic [pixel].
+    layout
+        Size of every frame's visible mosaic.
 
     """
 
-    def __init__(self, *, slots: int, slot_bytes: int, height: int, width: int) -> None:
+    def __init__(self, *, slots: int, slot_bytes: int, layout: Layout) -> None:
         self.slot_bytes = -(-slot_bytes // _LINE) * _LINE
         self._block = np.empty(slots * self.slot_bytes, np.uint8)
         self._codes = self._block.view(np.uint16)
-        self._shape = (height, width)
+        self._shape = (layout.height, layout.width)
         self._compressed: NDArray[np.uint8] | None = None
         self._starts: list[int] = []
         self._places: dict[str, int] = {}
@@ -133,3 +134,25 @@ def _read_into(header: RawHeader, slot: memoryview) -> tuple[memoryview, str]:
         rest = file.read() if at == len(slot) and stop is None else b""
     digest.update(rest)
     return (memoryview(bytes(slot) + rest) if rest else slot[:at]), digest.hexdigest()
+
+
+def hash_of(header: RawHeader) -> str:
+    """Return the hash of a frame's bytes, without keeping them.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+
+    """
+    digest = xxh3_128()
+    piece = memoryview(bytearray(_PIECE))
+    start, stop = header.extent or (0, None)
+    with header.path.open("rb", buffering=0) as file:
+        at = file.seek(start)
+        while (stop is None or at < stop) and (
+            count := file.readinto(piece if stop is None else piece[: min(_PIECE, stop - at)])
+        ):
+            digest.update(piece[:count])
+            at += count
+    return digest.hexdigest()

@@ -1,0 +1,33 @@
+"""What the frames of one series come to."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.frames.series import Exclusion
+from fullwell.statistics.series import SeriesStatistics
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeriesOutcome:
+    """A series, reduced.
+
+    Parameters
+    ----------
+    statistics
+        None where no frame is good.
+    hashes
+        xxh3-128 of every file that could be read, by frame name.
+    excluded
+        Frames that turned out to be damaged.
+    sums
+        Sum over the good frames of each pixel, shape (height, width), read-only [DN]; None where it is not kept.
+
+    """
+
+    statistics: SeriesStatistics | None
+    hashes: Mapping[str, str]
+    excluded: tuple[Exclusion, ...] = ()
+    sums: NDArray[np.uint32] | None = None

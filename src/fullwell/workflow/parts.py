@@ -1,0 +1,150 @@
+"""A part of a series becomes sums, and the sums of all parts become what its frames come to; by whom is another matter.
+
+Threads of one machine add parts to the same sums (`threads`); processes of many machines make their own and merge them
+(`cluster`). Both use what is here, so that they say the same.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from fullwell.errors import RawFileError
+from fullwell.frames.series import Exclusion, Frame, Kind, Series
+from fullwell.statistics.accumulation import Accumulation
+from fullwell.statistics.batch import Batch
+from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
+from fullwell.statistics.moments import Layout, Moments
+from fullwell.workflow.executor import Progress
+from fullwell.workflow.outcome import SeriesOutcome
+from fullwell.workflow.slots import Slots
+
+UNLIT: Final = frozenset({Kind.DARK, Kind.BIAS})
+
+Group = tuple[Frame, ...]
+"""Two frames that follow each other by name, or the last of an odd number: one thread reads them, into one batch."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Record:
+    """What was learnt of the files of a series while they were read; several threads may write to it.
+
+    Parameters
+    ----------
+    hashes
+        xxh3-128 of every file that could be read, by frame name.
+    excluded
+        Frames that turned out to be damaged.
+
+    """
+
+    hashes: dict[str, str] = field(default_factory=dict)
+    excluded: list[Exclusion] = field(default_factory=list)
+
+
+def in_order(series: Series) -> list[Frame]:
+    """Return the frames of a series by name."""
+    return sorted(series.frames, key=lambda frame: frame.name)
+
+
+def first_frames(series: Series, *, pairs: bool) -> int:
+    """Return how many frames, by name, are added before any other.
+
+    These are the first five of an unlit series, which the published read noise is made of (METHOD 3.2), all of a series
+    that has no more than five, and the first five of any series whose first two are wanted together.
+    """
+    return LEGACY_FRAMES if pairs or series.kind in UNLIT or len(series.frames) <= LEGACY_FRAMES else 0
+
+
+def groups_of(frames: Sequence[Frame]) -> tuple[Group, ...]:
+    """Return frames two by two."""
+    return tuple(tuple(frames[at : at + 2]) for at in range(0, len(frames), 2))
+
+
+def read_group(group: Group, slots: Slots, record: Record, progress: Progress | None = None) -> None:
+    """Read frames into slots, or leave them out and say why."""
+    for frame in group:
+        try:
+            slots.read(frame, record.hashes)
+        except (RawFileError, OSError) as error:
+            record.excluded.append(_exclusion(frame, error))
+        if progress is not None:
+            progress.advance()
+
+
+def add_groups(
+    groups: Iterable[Group],
+    sums: Accumulation,
+    slots: Slots,
+    record: Record,
+    *,
+    pairs: bool = False,
+    progress: Progress | None = None,
+) -> None:
+    """Read frames and add them, as many at once as there is room for.
+
+    Parameters
+    ----------
+    groups
+        The frames.
+    sums, record
+        Added to.
+    slots
+        Memory to read them into.
+    pairs
+        Whether the first two good frames are looked at together.
+    progress
+        Told of every frame.
+
+    """
+    slots.clear()
+    some: list[Group] = []
+    for group in groups:
+        if not slots.fits(len(group)):
+            _add_batch(slots.batch(some), sums, pairs=pairs)
+            slots.clear()
+        read_group(group, slots, record, progress)
+        some.append(group)
+    if not slots.empty:
+        _add_batch(slots.batch(some), sums, pairs=pairs)
+
+
+def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool) -> None:
+    if pairs:
+        sums.look_at_pair(batch)
+    sums.add(batch)
+
+
+def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots) -> SeriesOutcome:
+    """Return what a series comes to once all its frames are added; ``sums`` of the outcome are those of the maps.
+
+    Where one of the first five frames of an unlit series is damaged, the first five good ones are read once more.
+    """
+    names = sums.names
+    if series.kind in UNLIT and len(names) > LEGACY_FRAMES and sums.bursts is None:
+        sums.bursts = _burst_again(series, names[:LEGACY_FRAMES], sums.layout, slots)
+    return SeriesOutcome(
+        statistics=sums.finish() if names else None,
+        hashes=dict(sorted(record.hashes.items())),
+        excluded=tuple(sorted(record.excluded, key=lambda one: one.name)),
+        sums=sums.moments.maps.codes if names else None,
+    )
+
+
+def _burst_again(series: Series, names: Sequence[str], layout: Layout, slots: Slots) -> tuple[BurstSums, ...]:
+    moments = Moments(layout)
+    for frame in series.frames:
+        if frame.name in names:
+            slots.clear()
+            slots.read(frame, {})
+            batch = slots.batch()
+            moments.add(batch.names, batch.stack)
+    return burst_sums(moments)
+
+
+def _exclusion(frame: Frame, error: RawFileError | OSError) -> Exclusion:
+    if isinstance(error, RawFileError):
+        return Exclusion(name=frame.name, code=error.code, reason=error.message)
+    if isinstance(error, FileNotFoundError):
+        return Exclusion(name=frame.name, code="file-missing", reason="the file does not exist")
+    reason = f"the file cannot be read ({error.strerror or error})"
+    return Exclusion(name=frame.name, code="file-unreadable", reason=reason)

@@ -1,0 +1,79 @@
+"""How the frames of a study are read: by how many at once, with how much memory, and where the outcome goes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from fullwell.frames.series import Series
+from fullwell.statistics.burst import LEGACY_FRAMES
+from fullwell.statistics.moments import Layout
+from fullwell.workflow.executor import Progress
+from fullwell.workflow.outcome import SeriesOutcome
+
+MOST_BUFFER_BYTES: Final = 400_000_000
+MOST_MAP_BYTES: Final = 400_000_000
+MOST_SLOTS: Final = 8
+"""Frames a thread holds at once: the more, the more rarely the maps are touched."""
+_MAP_BYTES_PER_PIXEL: Final = 12
+
+Done = Callable[[Series, SeriesOutcome], None]
+"""Told of every series once, from any thread; ``sums`` of the outcome are only there until it returns."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """How series are read.
+
+    Parameters
+    ----------
+    layout
+        Of the mosaics.
+    workers
+        Threads.
+    slots
+        Frames a thread holds at once.
+    slot_bytes
+        Room for the largest file and for a mosaic.
+    most_open
+        Series that may be open at once.
+    pairs
+        Whether the first two frames of each series are also looked at as a pair.
+
+    """
+
+    layout: Layout
+    workers: int
+    slots: int
+    slot_bytes: int
+    most_open: int
+    pairs: bool = False
+
+
+class Cluster(Protocol):
+    """Processes on this machine or others, which see the same files."""
+
+    def reduce(self, series: Sequence[Series], *, plan: Plan, done: Done, progress: Progress | None) -> None:
+        """Reduce some series, as `threads.reduce_in_threads` does."""
+        ...
+
+
+def plan(series: Sequence[Series], layout: Layout, *, workers: int, pairs: bool = False) -> Plan:
+    """Return how to read some series in bounded memory."""
+    frames = [frame for one in series for frame in one.frames]
+    pixels = layout.height * layout.width
+    slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
+    workers = max(1, min(workers, len(frames)))
+    # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
+    useful = max(LEGACY_FRAMES, -(-len(frames) // (8 * workers)))
+    apart = any(frame.header.compression != "none" for frame in frames)
+    affordable = MOST_BUFFER_BYTES // (workers * slot_bytes) - apart
+    return Plan(
+        layout=layout,
+        workers=workers,
+        slots=max(
+            LEGACY_FRAMES if pairs else 2, min(MOST_SLOTS, useful, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart)
+        ),
+        slot_bytes=slot_bytes,
+        most_open=max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels))),
+        pairs=pairs,
+    )

@@ -13,6 +13,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 _TOP_CODE = np.uint16(65535)
+_NARROW = np.uint16(32767)
+"""Four squares of codes up to here fit in 32 bits."""
 
 
 class Stack(NamedTuple):
@@ -100,6 +102,16 @@ def add_four(x: tuple[NDArray[np.uint16], ...], codes: NDArray[np.uint32], squar
 
 
 @njit(cache=True, nogil=True)
+def _add_four_narrow(x: tuple[NDArray[np.uint16], ...], codes: NDArray[np.uint32], squares: NDArray[np.uint64]) -> None:
+    """Add the same row of four frames to the maps, all codes being at most ``_NARROW``."""
+    first, second, third, fourth = x
+    for c in range(first.size):
+        i, j, k, m = np.uint32(first[c]), np.uint32(second[c]), np.uint32(third[c]), np.uint32(fourth[c])
+        codes[c] = codes[c] + (i + j + k + m)
+        squares[c] = squares[c] + np.uint64(np.uint32(np.uint32(i * i + j * j) + np.uint32(k * k + m * m)))
+
+
+@njit(cache=True, nogil=True)
 def _follow_one(x: NDArray[np.uint16], lowest: NDArray[np.uint16], highest: NDArray[np.uint16]) -> None:
     """Follow the extreme codes of each column through a row of one frame."""
     for c in range(x.size):
@@ -118,10 +130,20 @@ def _follow_four(x: tuple[NDArray[np.uint16], ...], lowest: NDArray[np.uint16], 
 
 
 @njit(cache=True, nogil=True)
-def _count(x: NDArray[np.uint16], code: NDArray[np.uint16], n: NDArray[np.uint16]) -> None:
+def _count_one(x: NDArray[np.uint16], code: NDArray[np.uint16], n: NDArray[np.uint16]) -> None:
     """Count in each column of a row of one frame the code that is asked for there."""
     for c in range(x.size):
         n[c] = np.uint16(n[c] + np.uint16(x[c] == code[c]))
+
+
+@njit(cache=True, nogil=True)
+def _count_four(x: tuple[NDArray[np.uint16], ...], code: NDArray[np.uint16], n: NDArray[np.uint16]) -> None:
+    """Count in each column of the same row of four frames the code that is asked for there."""
+    first, second, third, fourth = x
+    for c in range(first.size):
+        i, j = np.uint16(first[c] == code[c]), np.uint16(second[c] == code[c])
+        k, m = np.uint16(third[c] == code[c]), np.uint16(fourth[c] == code[c])
+        n[c] = np.uint16(n[c] + i + j + k + m)
 
 
 @njit(cache=True, nogil=True)
@@ -184,18 +206,38 @@ def _close_extremes(extremes: _Extremes, band: Band, series: SeriesSums) -> None
 
 
 @njit(cache=True, nogil=True)
-def _count_extremes(stack: Stack, band: Band, extremes: _Extremes, series: SeriesSums) -> None:
-    """Count how often the extremes of each tile, which stand in every column of ``extremes``, occur in the band."""
-    cell, step, width = band.cell, band.cell * band.tile, stack.width
-    n_low, n_high = np.zeros((cell, width), np.uint16), np.zeros((cell, width), np.uint16)
+def _extremes(stack: Stack, band: Band) -> _Extremes:
+    """Return the extreme codes of each column of a band."""
+    width, count, cell = stack.width, stack.starts.size, band.cell
+    found = _Extremes(np.full((cell, width), _TOP_CODE, np.uint16), np.zeros((cell, width), np.uint16))
     for row in range(band.top, band.bottom):
-        phase = row % cell
-        for start in stack.starts:
-            x = stack.codes[start + row * width : start + (row + 1) * width]
-            _count(x, extremes.lowest[phase], n_low[phase])
-            _count(x, extremes.highest[phase], n_high[phase])
+        lowest, highest = found.lowest[row % cell], found.highest[row % cell]
+        at = stack.starts + row * width
+        for f in range(0, count - count % 4, 4):
+            _follow_four(_four_rows(stack, at, f), lowest, highest)
+        for f in range(count - count % 4, count):
+            _follow_one(stack.codes[at[f] : at[f] + width], lowest, highest)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _four_rows(stack: Stack, at: NDArray[np.int64], f: int) -> tuple[NDArray[np.uint16], ...]:
+    """Return the row that begins at ``at`` in four frames from the f-th on."""
+    width = stack.width
+    return (
+        stack.codes[at[f] : at[f] + width],
+        stack.codes[at[f + 1] : at[f + 1] + width],
+        stack.codes[at[f + 2] : at[f + 2] + width],
+        stack.codes[at[f + 3] : at[f + 3] + width],
+    )
+
+
+@njit(cache=True, nogil=True)
+def _close_counts(n_low: NDArray[np.uint16], n_high: NDArray[np.uint16], band: Band, series: SeriesSums) -> None:
+    """Gather how often the extremes of each tile occur in the columns of a band."""
+    cell, step = band.cell, band.cell * band.tile
     for phase in range(cell):
-        for c in range(width):
+        for c in range(n_low.shape[1]):
             site, tile = phase * cell + c % cell, c // step
             series.n_lowest[site, band.top // step, tile] += np.int64(n_low[phase, c])
             series.n_highest[site, band.top // step, tile] += np.int64(n_high[phase, c])
@@ -204,6 +246,8 @@ def _count_extremes(stack: Stack, band: Band, extremes: _Extremes, series: Serie
 @njit(cache=True, nogil=True)
 def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fresh: bool) -> None:  # noqa: FBT001 - compiled functions take their arguments by position
     """Add one band of every frame of the stack to the sums of the series, and to the sums of each frame.
+
+    The extremes of the band's tiles come first: they tell how wide squares are, and which codes are to be counted.
 
     Parameters
     ----------
@@ -220,35 +264,38 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
 
     """
     width, count, cell = stack.width, stack.starts.size, band.cell
+    extremes = _extremes(stack, band)
+    _close_extremes(extremes, band, series)
+    narrow = extremes.highest.max() <= _NARROW
     columns = np.zeros((count, cell, width), np.uint32)
-    extremes = _Extremes(np.full((cell, width), _TOP_CODE, np.uint16), np.zeros((cell, width), np.uint16))
+    n_low, n_high = np.zeros((cell, width), np.uint16), np.zeros((cell, width), np.uint16)
     fours = count - count % 4
     for row in range(band.top, band.bottom):
         phase = row % cell
         codes, squares = series.codes[row], series.squares[row]
+        low, high = extremes.lowest[phase], extremes.highest[phase]
         at = stack.starts + row * width
         if fresh:
             codes[:] = 0
             squares[:] = 0
         for f in range(0, fours, 4):
-            x = (
-                stack.codes[at[f] : at[f] + width],
-                stack.codes[at[f + 1] : at[f + 1] + width],
-                stack.codes[at[f + 2] : at[f + 2] + width],
-                stack.codes[at[f + 3] : at[f + 3] + width],
-            )
-            add_four(x, codes, squares)
-            _follow_four(x, extremes.lowest[phase], extremes.highest[phase])
+            x = _four_rows(stack, at, f)
+            if narrow:
+                _add_four_narrow(x, codes, squares)
+            else:
+                add_four(x, codes, squares)
+            _count_four(x, low, n_low[phase])
+            _count_four(x, high, n_high[phase])
         for f in range(count):
             x_f = stack.codes[at[f] : at[f] + width]
             if f >= fours:
                 add_one(x_f, codes, squares)
-                _follow_one(x_f, extremes.lowest[phase], extremes.highest[phase])
+                _count_one(x_f, low, n_low[phase])
+                _count_one(x_f, high, n_high[phase])
             _add_margins(x_f, columns[f, phase], frames.rows[f, row])
     for f in range(count):
         _close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
-    _close_extremes(extremes, band, series)
-    _count_extremes(stack, band, extremes, series)
+    _close_counts(n_low, n_high, band, series)
 
 
 @njit(cache=True, nogil=True)

@@ -119,6 +119,55 @@ def _add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surfac
 
 
 @njit(cache=True, nogil=True)
+def _add_four_temporal(
+    d: tuple[NDArray[np.uint64], ...], q: tuple[NDArray[np.uint64], ...], phase: int, sums: ColumnSums
+) -> None:
+    """Add four rows to the sums that tell of the scatter over frames."""
+    totals, low, high, quartic = sums.squares[phase], sums.low[phase], sums.high[phase], sums.quartic[phase]
+    i, j, k, m = d
+    q_i, q_j, q_k, q_m = q
+    for c in range(totals.size):
+        totals[c] += (q_i[c] + q_j[c]) + (q_k[c] + q_m[c])
+    for c in range(totals.size):
+        low[c] += (i[c] & _WORD) + (j[c] & _WORD) + (k[c] & _WORD) + (m[c] & _WORD)
+        high[c] += (i[c] >> _HALF) + (j[c] >> _HALF) + (k[c] >> _HALF) + (m[c] >> _HALF)
+    for c in range(totals.size):
+        first, second, third, fourth = np.float64(i[c]), np.float64(j[c]), np.float64(k[c]), np.float64(m[c])
+        quartic[c] += (first * first + second * second) + (third * third + fourth * fourth)
+
+
+@njit(cache=True, nogil=True)
+def _add_four_spatial(
+    s: tuple[NDArray[np.uint32], ...], at: tuple[int, int], surface: Surface, sums: ColumnSums
+) -> None:
+    """Add four rows, of which the first is ``at`` of its phase, to the sums that tell of the scatter over pixels."""
+    phase, row = at
+    reference = surface.reference[phase]
+    u, v = surface.linear[phase, row : row + 4], surface.quadratic[phase, row : row + 4]
+    u_i, u_j, u_k, u_m = u[0], u[1], u[2], u[3]
+    v_i, v_j, v_k, v_m = v[0], v[1], v[2], v[3]
+    centred, linear, quadratic, power = (
+        sums.centred[phase],
+        sums.linear[phase],
+        sums.quadratic[phase],
+        sums.power[phase],
+    )
+    first, second, third, fourth = s
+    for c in range(first.size):
+        zero = reference[c]
+        i, j = np.float64(first[c]) - zero, np.float64(second[c]) - zero
+        k, m = np.float64(third[c]) - zero, np.float64(fourth[c]) - zero
+        centred[c] += (i + j) + (k + m)
+        power[c] += (i * i + j * j) + (k * k + m * m)
+    for c in range(first.size):
+        zero = reference[c]
+        i, j = np.float64(first[c]) - zero, np.float64(second[c]) - zero
+        k, m = np.float64(third[c]) - zero, np.float64(fourth[c]) - zero
+        linear[c] += (u_i * i + u_j * j) + (u_k * k + u_m * m)
+        quadratic[c] += (v_i * i + v_j * j) + (v_k * k + v_m * m)
+
+
+@njit(cache=True, nogil=True)
 def _count_spread(spread: NDArray[np.uint64], shift: int, even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
     """Count D of a row of pixels in bins of 2^shift; the last bin takes all that is larger."""
     bits, last = np.uint64(shift), np.uint64(even.size - 1)
@@ -144,14 +193,26 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, c
 
     """
     cell, shift = band.cell, counts.shift
-    spread = np.empty(maps.codes.shape[1], np.uint64)
-    for row in range(band.top, band.bottom):
-        phase = row % cell
-        codes, squares = maps.codes[row], maps.squares[row]
-        _spread(codes, squares, maps.frames, spread)
-        _add_temporal(spread, squares, phase, sums)
-        _add_spatial(codes, (phase, (row - band.top) // cell), surface, sums)
-        _count_spread(spread, shift, counts.bins[phase * cell], counts.bins[phase * cell + cell - 1])
+    spread = np.empty((4, maps.codes.shape[1]), np.uint64)
+    for phase in range(cell):
+        top, even, odd = band.top + phase, counts.bins[phase * cell], counts.bins[phase * cell + cell - 1]
+        rows = max(0, (band.bottom - top + cell - 1) // cell)
+        fours = rows - rows % 4
+        for row in range(rows):
+            at = top + row * cell
+            own = spread[row % 4 if row < fours else 0]
+            _spread(maps.codes[at], maps.squares[at], maps.frames, own)
+            _count_spread(own, shift, even, odd)
+            if row >= fours:
+                _add_temporal(own, maps.squares[at], phase, sums)
+                _add_spatial(maps.codes[at], (phase, row), surface, sums)
+            elif row % 4 == 3:
+                i, j, k = at - 3 * cell, at - 2 * cell, at - cell
+                d = (spread[0], spread[1], spread[2], spread[3])
+                q = (maps.squares[i], maps.squares[j], maps.squares[k], maps.squares[at])
+                s = (maps.codes[i], maps.codes[j], maps.codes[k], maps.codes[at])
+                _add_four_temporal(d, q, phase, sums)
+                _add_four_spatial(s, (phase, row - 3), surface, sums)
 
 
 @njit(cache=True, nogil=True)

@@ -10,6 +10,7 @@ from fullwell.cli.chart import chart
 from fullwell.cli.compare import compare
 from fullwell.cli.convert import convert
 from fullwell.cli.demo import demo
+from fullwell.cli.fleet import fleet
 from fullwell.cli.index import index
 from fullwell.cli.inspect import inspect
 from fullwell.cli.loop import loop
@@ -28,6 +29,7 @@ app.command(help=summary_of("chart"), context_settings=_CONTEXT)(chart)
 app.command(help=summary_of("compare"), context_settings=_CONTEXT)(compare)
 app.command(help=summary_of("convert"), context_settings=_CONTEXT)(convert)
 app.command(help=summary_of("demo"), context_settings=_CONTEXT)(demo)
+app.command(help=summary_of("fleet"), context_settings=_CONTEXT)(fleet)
 app.command(help=summary_of("index"), context_settings=_CONTEXT)(index)
 app.command(help=summary_of("inspect"), context_settings=_CONTEXT)(inspect)
 app.command(help=summary_of("loop"), context_settings=_CONTEXT)(loop)

@@ -12,6 +12,7 @@ COMMANDS: Final = (
     ("compare", "Set results side by side: bodies, methods, EMVA against chart."),
     ("convert", "Convert raw files to DNG or TIFF, mosaic and levels kept."),
     ("demo", "Simulate a known camera, measure it, print truth beside measurement."),
+    ("fleet", "Measure many studies, on one machine or a cluster, into one table."),
     ("index", "Write a study.toml of a folder, to be corrected by hand."),
     ("inspect", "Tell what raw files are: size, CFA, levels, exposure."),
     ("loop", "Simulate a measured camera, measure it again, judge every figure."),

@@ -13,7 +13,7 @@ from fullwell.errors import UsageError
 from fullwell.workflow import fleet
 from fullwell.workflow.characterize import characterize
 from fullwell.workflow.fleet import Entry, Job, characterize_fleet, measure_one, named
-from fullwell.workflow.options import Options
+from fullwell.workflow.options import CacheChoice, Options
 
 
 def write_study(root: Path, seed: int) -> Path:
@@ -45,7 +45,9 @@ def seen(entries: tuple[Entry, ...]) -> list[tuple[str, str]]:
 
 def test_a_fleet_is_its_studies(studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out, lines = tmp_path / "out", []
-    found = characterize_fleet(studies, out, options=Options(workers=2, cache=tmp_path / "any"), told=lines.append)
+    found = characterize_fleet(
+        studies, out, options=Options(workers=2, cache=CacheChoice(folder=tmp_path / "any")), told=lines.append
+    )
     assert seen(found) == [("a-raw", "done"), ("b-raw", "done"), ("empty", "failed")]
     assert sorted(seen(tuple(lines))) == seen(found)
     assert "is empty" in found[2].reason

@@ -51,9 +51,7 @@ def fleet(
         options = Options(
             workers=workers or os.cpu_count() or 1,
             dask=dask,
-            cache=cache_from(cache, no_cache=no_cache, out=out),
-            recheck=recheck,
-            shared_cache=cache is not None,
+            cache=cache_from(cache, no_cache=no_cache, out=out, recheck=recheck),
         )
         told = None if quiet or as_json else _tell
         entries = characterize_fleet(studies, out, options=options, resume=resume, told=told)

@@ -129,19 +129,8 @@ def characterize_fleet(
     if root.exists() and not root.is_dir():
         raise UsageError(f"{root} is a file; name a folder for the results with -o")
     root.mkdir(parents=True, exist_ok=True)
-    own = options if options.dask is None else replace(options, workers=1)
     jobs = [
-        Job(
-            name=name,
-            study=study,
-            out=root / name,
-            options=replace(
-                own,
-                dask=None,
-                cache=cache_beside(root / name) if options.cache and not options.shared_cache else options.cache,
-            ),
-            resume=resume,
-        )
+        Job(name=name, study=study, out=root / name, options=_own(options, root / name), resume=resume)
         for name, study in named(studies).items()
     ]
     entries: list[Entry] = []
@@ -154,6 +143,14 @@ def characterize_fleet(
     document = json.dumps({"schema": SCHEMA, "studies": [asdict(entry) for entry in found]}, indent=1) + "\n"
     _write(root / INDEX, document.encode())
     return found
+
+
+def _own(options: Options, out: Path) -> Options:
+    """Return the options of one study: a process of a cluster has one thread, and finished series lie beside OUT."""
+    cache = options.cache
+    if cache is not None and not cache.shared:
+        cache = replace(cache, folder=cache_beside(out))
+    return replace(options, dask=None, cache=cache, workers=options.workers if options.dask is None else 1)
 
 
 def named(studies: Iterable[Path]) -> dict[str, Path]:

@@ -70,9 +70,7 @@ def plan(series: Sequence[Series], layout: Layout, *, workers: int, pairs: bool 
     return Plan(
         layout=layout,
         workers=workers,
-        slots=max(
-            LEGACY_FRAMES if pairs else 2, min(MOST_SLOTS, useful, MOST_BUFFER_BYTES // (workers * slot_bytes) - apart)
-        ),
+        slots=max(LEGACY_FRAMES if pairs else 2, min(MOST_SLOTS, useful, affordable)),
         slot_bytes=slot_bytes,
         most_open=max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels))),
         pairs=pairs,

@@ -64,7 +64,7 @@ def short_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def single(study: Study) -> Reduction:
-    return reduce_study(study, workers=1, tile=TILE, keep=KEPT)
+    return reduce_study(study, workers=1, tile=TILE, keep=KEPT, pairs=True)
 
 
 def assert_equal(found: Reduction, single: Reduction) -> None:
@@ -75,7 +75,7 @@ def assert_equal(found: Reduction, single: Reduction) -> None:
 
 
 def test_a_cluster_says_what_a_thread_says(study: Study, single: Reduction, client: Client) -> None:
-    found = reduce_study(study, workers=1, tile=TILE, keep=KEPT, cluster=DaskCluster(client))
+    found = reduce_study(study, workers=1, tile=TILE, keep=KEPT, pairs=True, cluster=DaskCluster(client))
     assert_equal(found, single)
     assert len(single.excluded) == 8
 
@@ -110,7 +110,9 @@ def test_a_killed_process_costs_its_own_tasks(
             if before < self.half <= self.frames:
                 os.kill(pid, signal.SIGKILL)
 
-    found = reduce_study(study, workers=1, tile=TILE, keep=KEPT, cluster=DaskCluster(client), progress=Assassin())
+    found = reduce_study(
+        study, workers=1, tile=TILE, keep=KEPT, pairs=True, cluster=DaskCluster(client), progress=Assassin()
+    )
     local.scheduler.remove_plugin("ledger")
     assert_equal(found, single)
     assert victim.process.pid != pid
@@ -165,7 +167,7 @@ def test_few_parts_are_under_way_however_many_there_are(study: Study) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(door, "_Flight", Slow)
         fake = DaskCluster(FakeClient())
-        plan = type("Plan", (), {"layout": layout()})
+        plan = type("Plan", (), {"layout": layout(), "pairs": False})
         fake.reduce(study.series, plan=plan, done=lambda series, _: outcomes.append(series), progress=None)
     assert Slow.most == fake.most_under_way == 6
     assert sorted(one.key for one in outcomes) == sorted(one.key for one in study.series)

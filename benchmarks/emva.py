@@ -92,8 +92,8 @@ def _write(root: Path, ending: str) -> Path:
         electrons = 11500.0 * step / STEPS
         block(f"b {step * 200000} {electrons / 0.6}", f"b{step}", electrons, 2)
         block(f"d {step * 200000}", f"d{step}", 0.0, 2)
-    block("b 4400000 8433.3", "p50", 5060.0, STACK)
-    block("d 4400000", "d50", 0.0, STACK)
+    block("b 4400000 8433.3", "half", 5060.0, STACK)
+    block("d 4400000", "dark", 0.0, STACK)
     descriptor = root / "campaign.txt"
     descriptor.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return descriptor

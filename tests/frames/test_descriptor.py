@@ -12,6 +12,8 @@ from fullwell.frames.descriptor import is_descriptor, parse_descriptor, read_des
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study
+from fullwell.raw.open import decode
+from fullwell.workflow.descriptor import export_descriptors
 
 Write = Callable[..., Path]
 
@@ -158,3 +160,49 @@ def test_other_files_are_no_descriptors(tmp_path: Path) -> None:
     (tmp_path / "d.txt").write_text("v 4.0\n")
     with pytest.raises(UsageError, match="names no images"):
         parse_descriptor(tmp_path / "d.txt")
+
+
+def test_what_is_written_is_read_again(write: Write, tmp_path: Path) -> None:
+    path = write(EXAMPLE)
+    path.with_suffix(".json").write_text('{"camera": {"pixel_pitch_um": 3.45}, "light": {"wavelength_nm": 528.0}}')
+    (name,) = export_descriptors(path, tmp_path / "out", selection=Selection())
+    first, second = (load_study(one, Selection()) for one in (path, tmp_path / "out" / name))
+    assert [one.key for one in first.series] == [one.key for one in second.series]
+    assert (first.camera.area_um2, first.light, first.bit_depth) == (
+        second.camera.area_um2,
+        second.light,
+        second.bit_depth,
+    )
+    for one, other in zip(first.series, second.series, strict=True):
+        for frame, copy in zip(one.frames, other.frames, strict=True):
+            mosaics = [decode(each.header, each.header.path.read_bytes()) for each in (frame, copy)]
+            assert np.array_equal(*mosaics)
+            assert np.array_equal(np.asarray(Image.open(copy.header.path)), mosaics[0])
+
+
+def test_each_site_of_a_mosaic_has_a_descriptor_of_its_own(write: Write, tmp_path: Path) -> None:
+    path = write(EXAMPLE)
+    names = export_descriptors(path, tmp_path / "out", selection=Selection(cfa="RGGB"))
+    assert names == ("R.txt", "G1.txt", "G2.txt", "B.txt")
+    study = load_study(tmp_path / "out" / "G2.txt", Selection())
+    assert (study.width, study.height, study.cfa) == (12, 10, "mono")
+    whole = load_study(path, Selection())
+    original, plane = (
+        decode(one.header, one.header.path.read_bytes())
+        for one in (
+            whole.series[0].frames[0],
+            study.series[0].frames[0],
+        )
+    )
+    assert np.array_equal(plane, original[1::2, 0::2])
+
+
+def test_without_photons_nothing_is_written(tmp_path: Path) -> None:
+    for kind in ("flat", "dark"):
+        (tmp_path / "study" / kind).mkdir(parents=True)
+        for number in range(2):
+            image = np.full((20, 24), 100 + number, np.uint16)
+            Image.fromarray(image).save(tmp_path / "study" / kind / f"exp100us_{number}.png")
+    with pytest.raises(UsageError, match="photons of the flats"):
+        export_descriptors(tmp_path / "study", tmp_path / "out", selection=Selection(cfa="mono"))
+    assert not (tmp_path / "out").exists()

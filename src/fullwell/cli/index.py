@@ -15,13 +15,27 @@ if TYPE_CHECKING:
 
 def index(
     folder: Annotated[
-        Path, typer.Argument(parser=path_from, metavar="FOLDER", help="Folder that holds the capture folders.")
+        Path,
+        typer.Argument(
+            parser=path_from,
+            metavar="FOLDER",
+            help="Folder that holds the capture folders; with --descriptor also a study.toml.",
+        ),
     ],
     *,
     out: Annotated[
         Path | None,
         typer.Option(
             "--out", "-o", parser=path_from, metavar="FILE", help="Manifest to write; FOLDER/study.toml by default."
+        ),
+    ] = None,
+    descriptor: Annotated[
+        Path | None,
+        typer.Option(
+            "--descriptor",
+            parser=path_from,
+            metavar="FOLDER",
+            help="Write EMVA 1288 descriptors instead, one per channel and ISO, images as 16-bit PNG.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a manifest that is there.")] = False,
@@ -33,10 +47,22 @@ def index(
 ) -> None:
     """Write a manifest of a folder."""
     with guarded(verbose=verbose):
+        if descriptor is not None:
+            _export(folder, descriptor, cfa=cfa, headerless=headerless, quiet=quiet)
+            raise typer.Exit
         study = _write(folder, out=out or folder / "study.toml", force=force, cfa=cfa, headerless=headerless)
         if not quiet:
             _tell(study, out or folder / "study.toml")
         raise typer.Exit(status_of(study.findings))
+
+
+def _export(folder: Path, out: Path, *, cfa: str | None, headerless: str | None, quiet: bool) -> None:
+    from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, and `--help` does not need it
+    from fullwell.workflow.descriptor import export_descriptors  # noqa: PLC0415 - as above
+
+    names = export_descriptors(folder, out, selection=selection_from(cfa=cfa, headerless=headerless))
+    if not quiet:
+        sys.stdout.write("".join(f"Wrote {out / name}\n" for name in names))
 
 
 def _write(folder: Path, *, out: Path, force: bool, cfa: str | None, headerless: str | None) -> "Study":

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from benchmarks.bursts import against_ccdproc
 from benchmarks.emva import against_package
+from benchmarks.lossless_jpeg import against_libraw
 from benchmarks.reduction import BURSTS, FRAMES, ONE_SERIES, compressed, uncompressed
 from benchmarks.responses import against_octave, against_reading
 from benchmarks.simulation import against_numpy as simulated_against_numpy
@@ -42,6 +43,7 @@ def main() -> int:
             against_reading,
             lambda: against_octave(folder),
             against_numpy,
+            lambda: against_libraw(folder),
             simulated_against_numpy,
         ):
             for one in benchmark():

@@ -41,6 +41,13 @@ class Comparison:
         return "met" if met else "MISSED"
 
 
+def cpu_seconds(subject: Callable[[], object]) -> float:
+    """Return the processor time of one run, of all threads [s]."""
+    started = time.process_time()
+    subject()
+    return time.process_time() - started
+
+
 def medians(subjects: Mapping[str, Callable[[], object]], *, repeats: int = REPEATS) -> dict[str, float]:
     """Return the median time of each subject [s]; they take turns, and the first turn does not count."""
     times: dict[str, list[float]] = {name: [] for name in subjects}

@@ -216,7 +216,7 @@ def read_descriptor(path: Path) -> Source:
     ----------
     path
         The descriptor; images are relative to its folder. A JSON file of the same stem may hold what it has no place
-        for: ``camera`` and ``light`` as in a manifest, ``iso``, ``temperature_c``.
+        for: ``camera``, ``light`` and ``emva`` as in a manifest, ``iso``, ``temperature_c``.
 
     Raises
     ------
@@ -254,6 +254,7 @@ def read_descriptor(path: Path) -> Source:
         candidates=tuple(sorted(candidates.values(), key=lambda one: (one.name, one.kind))),
         findings=findings,
         light=facts.light.light,
+        campaign=facts.emva.campaign,
         descriptor=True,
     )
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.errors import UsageError
+from fullwell.frames.campaign import Campaign
 from fullwell.frames.manifest_tables import CameraFile, ManifestTables, toml_value, validated
 from fullwell.frames.series import CONTAINER_BITS, Camera, Kind, Light, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
@@ -60,6 +61,7 @@ def read_manifest(path: Path) -> Source:
         candidates=tuple(ordered),
         headerless=None if stated is None else format_from(stated, where=f"{path}: [headerless]"),
         light=manifest.light.light,
+        campaign=manifest.emva.campaign,
     )
 
 
@@ -110,6 +112,7 @@ def write_manifest(study: Study, *, folder: Path | None = None) -> str:
         "[camera]",
         *_camera_lines(study),
         *_light_lines(study.light),
+        *_campaign_lines(study.campaign),
         *_headerless_lines(study),
     ]
     for series in study.series:
@@ -142,6 +145,12 @@ def _light_lines(light: Light) -> Iterator[str]:
         for name, value in asdict(light).items():
             if value is not None:
                 yield f"{name} = {str(value).lower()}" if isinstance(value, bool) else _line(name, value)
+
+
+def _campaign_lines(campaign: Campaign) -> Iterator[str]:
+    if campaign != Campaign():
+        yield from ("", "[emva]")
+        yield from (_line(name, value) for name, value in asdict(campaign).items() if value is not None)
 
 
 def _headerless_lines(study: Study) -> list[str]:

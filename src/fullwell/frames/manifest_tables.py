@@ -3,12 +3,14 @@
 import json
 import tomllib
 from collections.abc import Sequence
+from datetime import date as date_type
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
 
 from fullwell.errors import UsageError
+from fullwell.frames.campaign import Campaign
 from fullwell.frames.series import HIGHEST_CODE, Camera, Light
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -70,6 +72,45 @@ class LightTable(_Strict):
         return Light(**self.model_dump())
 
 
+class EmvaTable(_Strict):
+    """``[emva]``."""
+
+    vendor: str | None = None
+    model: str | None = None
+    serial_number: str | None = None
+    company: str | None = None
+    date: str | date_type | None = None
+    data_type: Literal["single", "typical", "guaranteed", "guaranteed over lifetime"] | None = None
+    data_type_definition: str | None = None
+    sensor_type: Literal["CMOS", "CCD"] | None = None
+    sensor_diagonal_mm: _Positive | None = None
+    lens_category: str | None = None
+    readout_type: str | None = None
+    transfer_type: str | None = None
+    shutter_type: str | None = None
+    overlap_capabilities: str | None = None
+    maximum_readout_rate: str | None = None
+    dark_current_compensation: str | None = None
+    interface: str | None = None
+    equipment: str | None = None
+    light_source: str | None = None
+    f_number: _Positive | None = None
+    irradiance_measurement_error_percent: _NotNegative | None = None
+    temperature_control: str | None = None
+    frame_rate_hz: _Positive | None = None
+    data_transfer_mode: str | None = None
+    gain_setting: str | None = None
+    environment_temperature_c: _Number | None = None
+    body_temperature_c: _Number | None = None
+    optional_parts: str | None = None
+
+    @property
+    def campaign(self) -> Campaign:
+        """Return the statements."""
+        when = self.date.isoformat() if isinstance(self.date, date_type) else self.date
+        return Campaign(**self.model_dump(exclude={"date"}), date=when)
+
+
 class SeriesTable(_Strict):
     """``[[series]]``."""
 
@@ -89,6 +130,7 @@ class ManifestTables(_Strict):
 
     camera: CameraTable = CameraTable()
     light: LightTable = LightTable()
+    emva: EmvaTable = EmvaTable()
     headerless: dict[str, int | str] | None = None
     series: Annotated[list[SeriesTable], Field(min_length=1)]
 
@@ -108,6 +150,7 @@ class DescriptorFacts(BaseModel):
 
     camera: CameraTable = CameraTable()
     light: LightTable = LightTable()
+    emva: EmvaTable = EmvaTable()
     iso: _Positive | None = None
     temperature_c: _Number | None = None
 
@@ -158,9 +201,11 @@ def _allowed_keys(loc: Sequence[int | str]) -> str:
         return "[camera] knows " + ", ".join(CameraTable.model_fields)
     if loc[0] == "light" and len(loc) > 1:
         return "[light] knows " + ", ".join(LightTable.model_fields)
+    if loc[0] == "emva" and len(loc) > 1:
+        return "[emva] knows " + ", ".join(EmvaTable.model_fields)
     if loc[0] == "series" and len(loc) > 2:
         return "[[series]] knows " + ", ".join(SeriesTable.model_fields)
-    return "it knows the tables [camera], [light], [headerless] and [[series]]"
+    return "it knows the tables [camera], [light], [emva], [headerless] and [[series]]"
 
 
 def toml_value(value: object) -> str:

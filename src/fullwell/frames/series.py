@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.findings import Finding
+from fullwell.frames.campaign import Campaign
 from fullwell.raw.image import Levels, RawHeader
 
 CONTAINER_BITS: Final = 16
@@ -183,6 +184,8 @@ class Study:
         What indexing brought to light.
     light
         What flats were taken under.
+    campaign
+        What an EMVA 1288 datasheet says beyond what frames tell.
     descriptor
         Whether the study is an EMVA 1288 descriptor's.
 
@@ -200,6 +203,7 @@ class Study:
     excluded: tuple[Exclusion, ...] = ()
     findings: tuple[Finding, ...] = ()
     light: Light = field(default_factory=Light)
+    campaign: Campaign = field(default_factory=Campaign)
     descriptor: bool = False
 
     @property

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.findings import Finding
+from fullwell.frames.campaign import Campaign
 from fullwell.frames.series import Camera, Kind, Light
 from fullwell.raw.headerless_format import HeaderlessFormat
 from fullwell.raw.maker import SUFFIXES as MAKER_SUFFIXES
@@ -130,6 +131,8 @@ class Source:
         How the manifest says files without a header are stored.
     light
         What flats were taken under.
+    campaign
+        What an EMVA 1288 datasheet says beyond what frames tell.
     descriptor
         Whether an EMVA 1288 descriptor names the files: they are monochrome unless something else is said.
 
@@ -141,4 +144,5 @@ class Source:
     findings: tuple[Finding, ...] = ()
     headerless: HeaderlessFormat | None = None
     light: Light = field(default_factory=Light)
+    campaign: Campaign = field(default_factory=Campaign)
     descriptor: bool = False

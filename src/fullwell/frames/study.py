@@ -213,6 +213,7 @@ def _assembled(
         excluded=excluded,
         findings=merged(findings),
         light=source.light,
+        campaign=source.campaign,
         descriptor=source.descriptor,
     )
 

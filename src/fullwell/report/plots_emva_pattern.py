@@ -74,7 +74,7 @@ def _histogram(table: Table, _legend: Legend, size: tuple[float, float], *, whic
     for channel, part in table.split("channel"):
         color, x, y = color_of(str(channel)), part.numbers("deviation"), part.numbers("pixels")
         seen = np.where(y > 0.0, y, np.nan)
-        axes.plot(x, seen, color=color, linewidth=0.9, label=named(channel), marker=".", markersize=2.0)
+        axes.plot(x, seen, color=color, linewidth=0.9, label=named(channel, "pixels"), marker=".", markersize=2.0)
         axes.plot(x, part.numbers("model"), color=color, linewidth=1.0, linestyle="--", label=named(channel, "normal"))
     _log_from_below_one(axes, float(np.nanmax(table.numbers("pixels"))))
     title = f"Logarithmic histogram {which}"

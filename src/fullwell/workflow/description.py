@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 
-from fullwell.frames.series import Exclusion, Frame, Series, Study
+from fullwell.frames.campaign import Campaign
+from fullwell.frames.series import Camera, Exclusion, Frame, Light, Series, Study
 from fullwell.raw.image import Levels
 
 
@@ -35,8 +36,10 @@ def describe(
     gone = {one.name for one in excluded}
     every = sorted((*study.excluded, *excluded), key=lambda one: one.name)
     return {
-        "camera": {name: value for name, value in asdict(study.camera).items() if value is not None},
+        "camera": _known(study.camera),
         "bodies": _bodies(study),
+        "light": _known(study.light),
+        "emva": _known(study.campaign),
         "width": study.width,
         "height": study.height,
         "cfa": study.cfa,
@@ -50,6 +53,10 @@ def describe(
         "files": [_file(series, frame, hashes) for series in study.series for frame in series.frames],
         "excluded": [{"path": one.name, "code": one.code, "reason": one.reason} for one in every],
     }
+
+
+def _known(facts: Camera | Light | Campaign) -> Mapping[str, object]:
+    return {name: value for name, value in asdict(facts).items() if value is not None}
 
 
 def _bodies(study: Study) -> list[Mapping[str, object]]:

@@ -17,6 +17,7 @@ from fullwell.report.numbers import MISSING, show_interval, show_iso, show_plain
 from fullwell.report.pivots import title_of
 from fullwell.report.plots import style
 from fullwell.report.plots_emva import Legend
+from fullwell.units import Measured
 
 LINEAR: Final = "emva1288-4.0-linear"
 CORRECTED: Final = "emva1288-4.0-linear-hp-corrected"
@@ -56,7 +57,7 @@ def build_datasheet(results: Results) -> Datasheet | None:
         ]
     model = " ".join(part for part in (text_of(emva.get("vendor")), text_of(emva.get("model"))) if part)
     return Datasheet(
-        camera=model or text_of(record(results, "camera").get("name")) or "Camera",
+        camera=model or text_of(record(results, "camera").get("name")) or "Unnamed camera",
         profile=profile,
         release=RELEASES[profile],
         date=text_of(emva.get("date")),
@@ -168,10 +169,16 @@ def _figure(row: Row) -> FigureLine:
         value=show_value(measured),
         error=error_text(measured) or MISSING,
         interval=show_interval(measured),
-        dof=MISSING if measured.dof is None else f"{measured.dof:.3g}",
+        dof=_dof(measured),
         unit=show_unit(measured.unit) or "1",
         flags=", ".join(flag for flag in row.flags if flag != glossary.RECOMMENDED),
     )
+
+
+def _dof(measured: Measured) -> str:
+    if measured.std_error is None:
+        return MISSING
+    return "∞" if measured.dof is None else f"{measured.dof:.3g}"
 
 
 def _legend(curves: Curves, rows: Sequence[Row], channels: Sequence[str], graph: str) -> Legend:
@@ -203,8 +210,8 @@ def _of_transfer(rows: Sequence[Row]) -> str:
     gain, dark = _find(rows, "system_gain", "DN/e-"), _find(rows, "dark_noise", "DN")
     parts = [] if dark is None else [f"σ²(dark) = {dark.measured.value**2:.3g} DN²"]
     if gain is not None:
-        error = gain.measured.std_error
-        percent = f" ± {100.0 * error / gain.measured.value:.2g} %" if error and gain.measured.value else ""
+        error = _find(rows, "system_gain_regression_error", "%")
+        percent = "" if error is None else f" ± {error.measured.value:.2g} % (1σ of the regression)"
         parts.append(f"K = {gain.measured.value:.4g}{percent}")
     return ", ".join(parts)
 

@@ -57,8 +57,8 @@ class _Kind:
     draw: Draw
     columns: Columns
     direction: str = ""
+    in_range: bool = False
     missing: str = _NO_SWEEP
-    needs: str = ""
 
 
 def graphs_of(curves: Curves, legend_of: Callable[[str], Legend]) -> tuple[Graph, ...]:
@@ -108,10 +108,13 @@ def _graph(kind: _Kind, curves: Curves, legend: Legend) -> Graph:
 
 
 def _part(table: Table | None, kind: _Kind) -> Table | None:
-    """Return the lines of a graph's direction; None where there is nothing in them."""
-    if table is None or not kind.direction:
+    """Return the lines that a graph is about; None where there are none."""
+    if table is None or not (kind.direction or kind.in_range):
         return table
-    part = table.chosen(value == kind.direction for value in table.values("direction"))
+    if kind.direction:
+        part = table.chosen(value == kind.direction for value in table.values("direction"))
+    else:
+        part = table.chosen(value == 1.0 for value in table.values("in_range"))
     return part if len(part) else None
 
 
@@ -197,6 +200,7 @@ _RESPONSE: Final = (
         caption="Relative deviation of the signal from that line; bars: one standard error.",
         curve="emva_linearity",
         draw=plots_emva.deviation,
+        in_range=True,
         columns=(_PHOTONS, _EXPOSURE, ("deviation", "deviation", "%"), ("deviation_std_error", "s.e.", "%")),
     ),
 )

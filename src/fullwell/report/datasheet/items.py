@@ -12,6 +12,8 @@ from fullwell.units import DECIBEL, DN, DN_PER_ELECTRON, ELECTRON, ELECTRON_PER_
 
 _MINUS: Final = "\N{MINUS SIGN}"
 _PER_AREA: Final = "e-/um^2"
+_FALLING: Final = frozenset({"inverse_snr_max"})
+"""Figures that fall as saturation rises: a bound of saturation bounds them from the other side."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,7 +147,9 @@ def _value(row: Row, decimals: int) -> str:
     if "upper-limit" in row.flags and measured.ci95 is not None:
         return f"< {fixed(measured.ci95[1], max(decimals, _places(measured.ci95[1])))}"
     text = fixed(measured.value, decimals)
-    return f"≥ {text}" if "lower-bound" in row.flags else text
+    if "lower-bound" not in row.flags:
+        return text
+    return f"≤ {text}" if row.quantity in _FALLING else f"≥ {text}"
 
 
 def error_text(measured: Measured) -> str:

@@ -46,7 +46,6 @@ def describe(
         "bit_depth": study.bit_depth,
         "black_level": _levels(study.black_level),
         "white_level": _levels(study.white_level),
-        "light": {name: value for name, value in asdict(study.light).items() if value is not None},
         "settings": settings,
         **more,
         "series": [_series(series, gone) for series in study.series],

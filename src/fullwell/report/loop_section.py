@@ -36,6 +36,8 @@ _SUMMARY: Final = (
 )
 """Figures of the table that lays original and simulation side by side."""
 _FURTHEST: Final = 10
+_SAME: Final = 1e-9
+"""Errors below this share of a value are those of arithmetic."""
 
 
 def loop_chapter(material: Material) -> tuple[Section, ...]:
@@ -50,7 +52,7 @@ def loop_chapter(material: Material) -> tuple[Section, ...]:
         Part(
             title="Original beside simulated",
             lead="The figures that a noise model is made of, as they went in and as they came out.",
-            tables=(_summary(figures),),
+            tables=(_summary(figures), _definitions(figures)),
         ),
         Part(title="Photon transfer", pictures=_transfer(material), tabs=_transfer_tabs(material)),
         Part(
@@ -82,8 +84,8 @@ def _summary(figures: Sequence[LoopFigure]) -> WordTable:
         mine = [one for one in figures if (one.quantity, one.unit, one.iso) == (quantity, unit, iso)]
         mine = [one for one in mine if one.snr_threshold in {None, 1.0} and one.exposure_s is None]
         lead = leading_channel({one.channel for one in mine}) if mine else ""
-        for one in sorted((one for one in mine if one.channel == lead), key=lambda one: not one.recommended):
-            lines.append(_summary_line(one, first=not lines or lines[-1][0] != _named(one), measured=measured))
+        own = sorted((one for one in mine if one.channel == lead), key=lambda one: not one.recommended)
+        lines += [_summary_line(one, measured=measured) for one in own]
     cameras = int(max(one.cameras for one in figures))
     again = f"mean of {cameras} ± its Monte Carlo error" if cameras > 1 else "value ± standard error"
     return WordTable(
@@ -95,7 +97,6 @@ def _summary(figures: Sequence[LoopFigure]) -> WordTable:
             "Simulated with",
             "Measured again",
             "Difference",
-            "Definition",
         ),
         lines=tuple(lines),
         note=(
@@ -106,14 +107,23 @@ def _summary(figures: Sequence[LoopFigure]) -> WordTable:
     )
 
 
+def _definitions(figures: Sequence[LoopFigure]) -> WordTable:
+    shown = {one.quantity for one in figures}
+    entries = [entry for name, _ in _SUMMARY if name in shown and (entry := glossary.quantity(name)) is not None]
+    return WordTable(
+        title="Definitions",
+        head=("Figure", "Is", "Equation"),
+        lines=tuple((entry.symbol, entry.title, entry.equation) for entry in entries),
+    )
+
+
 def _named(one: LoopFigure) -> str:
     """Return the symbol of a figure with its unit: titles would leave no room for what is to be compared."""
     unit, entry = show_unit(one.unit), glossary.quantity(one.quantity)
     return (entry.symbol if entry else title_of(one.quantity)) + (f" [{unit}]" if unit else "")
 
 
-def _summary_line(one: LoopFigure, *, first: bool, measured: bool) -> tuple[str, ...]:
-    entry = glossary.quantity(one.quantity)
+def _summary_line(one: LoopFigure, *, measured: bool) -> tuple[str, ...]:
     original = _measured(one.original, one.original_std_error, one.unit) if math.isfinite(one.original) else MISSING
     error = one.bias_std_error if one.cameras > 1 else one.std_error
     return (
@@ -123,12 +133,11 @@ def _summary_line(one: LoopFigure, *, first: bool, measured: bool) -> tuple[str,
         show(Measured.exact(one.truth, one.unit)),
         f"{'≥ ' if one.bound else ''}{_measured(one.mean, error, one.unit)}",
         MISSING if one.bound else _difference(one, error),
-        f"{entry.title}: {entry.equation}" if entry is not None and first else "",
     )
 
 
 def _measured(value: float, error: float, unit: str) -> str:
-    known = math.isfinite(error) and error > 0.0
+    known = math.isfinite(error) and error > _SAME * abs(value)
     return show(Measured.normal(value, error, unit) if known else Measured.exact(value, unit))
 
 
@@ -203,13 +212,14 @@ def _coverage(lines: Sequence[Together]) -> Part:
         tables=(
             WordTable(
                 title="What the intervals, errors and means come to",
-                head=("Figure", "Rows", "Bias", "Scatter", "Scatter / error", "Coverage [%]", "Pulls: mean, sd"),
+                head=("Figure", "Rows", "Bias", "sd", "sd / error", "Coverage [%]", "Pulls"),
                 lines=tuple(_coverage_line(one) for one in lines),
                 note=(
-                    "Bias with its Monte Carlo error, and the scatter of one figure from camera to camera, in % of the "
-                    "truth where no unit is named. Scatter over error: 1 is honest. Coverage of 95 % intervals with "
-                    "what so many trials can tell. Rows of one camera share frames, so neighbouring lines are not "
-                    "independent. Every row by itself stands in loop.json."
+                    "Bias with its Monte Carlo error, and the standard deviation of a figure from camera to camera, "
+                    "in % of the truth where no unit is named. sd over reported error: 1 is honest. Coverage of 95 % "
+                    "intervals with what so many trials can tell. Pulls: mean and standard deviation. Rows of one "
+                    "camera share frames, so neighbouring lines are not independent. Every row by itself stands in "
+                    "loop.json."
                 ),
             ),
         ),
@@ -258,7 +268,7 @@ def _published(figures: Sequence[LoopFigure]) -> Part:
     tables = (
         WordTable(
             title="Bias of the published estimators on the same frames",
-            head=("Figure", "Method", "Bias", "Scatter", "Why"),
+            head=("Figure", "Method", "Bias", "sd", "Why"),
             lines=lines,
         ),
     )

@@ -126,8 +126,10 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: tuple[float, flo
         return None
     pixels, signal = tiles.n[chosen], tiles.mean[chosen] - level.black_dn
     temporal_dof, spatial_dof = tiles.temporal_dof[chosen], tiles.spatial_dof[chosen]
-    spatial_dn2 = tiles.spatial_variance[chosen] + _lines_taken_off(plane, lines)[chosen] / plane.frames
-    temporal_dn2 = float((temporal_dof * tiles.temporal_variance[chosen]).sum() / temporal_dof.sum())
+    by_surface = _lines_taken_off(plane, lines, along=3, terms=SURFACE_TERMS)[chosen]
+    by_mean = _lines_taken_off(plane, lines, along=1, terms=1)[chosen]
+    spatial_dn2 = tiles.spatial_variance[chosen] + by_surface / plane.frames
+    temporal_dn2 = float((temporal_dof * (tiles.temporal_variance[chosen] + by_mean)).sum() / temporal_dof.sum())
     return _PooledBurst(
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
         mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
@@ -140,17 +142,30 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: tuple[float, flo
     )
 
 
-def _lines_taken_off(plane: PlaneStatistics, lines: tuple[float, float]) -> NDArray[np.float64]:
-    """Return what the surface of each tile takes off the row and column noise of a frame, shape of the tiles [DN^2].
+def _lines_taken_off(
+    plane: PlaneStatistics, lines: tuple[float, float], *, along: int, terms: int
+) -> NDArray[np.float64]:
+    """Return what each tile takes off the row and column noise of a frame, shape of the tiles [DN^2].
 
-    Of the m rows of a tile the surface follows three, so a variance that rows share counts m - 3 times its width in
-    the sum of squares where pixels by themselves would count m times the width less six; columns alike.
+    Of the m rows of a tile a mean follows one and a quadratic surface three: a variance that rows share then counts
+    m less these times its width in the sum of squares, where pixels by themselves count m times the width less all
+    terms; columns alike.
+
+    Parameters
+    ----------
+    plane
+        Of the burst.
+    lines
+        Variance that rows and that columns share in one frame [DN^2].
+    along, terms
+        Rows, and pixels, that the mean or the surface follows.
+
     """
     heights, widths = (edges(side, tile) for side, tile in zip(plane.shape[1:], _tile(plane), strict=True))
     rows, columns = heights[:, np.newaxis].astype(np.float64), widths[np.newaxis, :].astype(np.float64)
-    dof = np.maximum(rows * columns - SURFACE_TERMS, 1.0)
+    dof = np.maximum(rows * columns - terms, 1.0)
     row, column = lines
-    return row * (1.0 - columns * (rows - 3.0) / dof) + column * (1.0 - rows * (columns - 3.0) / dof)
+    return row * (1.0 - columns * (rows - along) / dof) + column * (1.0 - rows * (columns - along) / dof)
 
 
 def _tile(plane: PlaneStatistics) -> tuple[int, int]:

@@ -1,8 +1,8 @@
 """Results written as the package emva1288 writes its own: one XML file per channel and operation point.
 
-What the package knows stands in its sections, with its tags, symbols and units; it holds figures of the profile
-``emva1288-py-1.0`` where the results have them, else those of Release 4.0. What the package does not know, standard
-errors above all, stands in a section ``toolkit`` of its own.
+What the package knows stands in its sections, with its tags, symbols and units: figures of the profile
+``emva1288-py-1.0`` where the results have its system gain, else those of Release 4.0. What the package does not know,
+standard errors above all, stands in a section ``toolkit`` of its own.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,8 @@ _PROFILES: Final = (PACKAGE, LINEAR)
 
 def reference_files(results: Results) -> tuple[tuple[str, str], ...]:
     """Return name and text of every file."""
-    profile = next((one for one in _PROFILES if any(row.method == one for row in results.rows)), None)
+    held = {row.method for row in results.rows if row.quantity == "system_gain"} or {row.method for row in results.rows}
+    profile = next((one for one in _PROFILES if one in held), None)
     if profile is None:
         return ()
     rows = [row for row in results.rows if row.method == profile and row.region is None]
@@ -63,7 +64,9 @@ def _file(results: Results, rows: Sequence[Row], profile: str) -> str:
     for tag, short, unit, value in _beyond(rows):
         _add(sections[_TOOLKIT], Item(section=_TOOLKIT, tag=tag, short=short, unit=unit), value)
     for tag, text in (("profile", profile), ("release", RELEASES[profile])):
-        SubElement(SubElement(sections[_TOOLKIT], tag), "comment").text = text
+        entry = SubElement(sections[_TOOLKIT], tag)
+        SubElement(entry, "comment").text = text
+        SubElement(entry, "value").text = "None"  # the package's reader wants a value, and takes this for none
     for section in list(root):
         if not len(section):
             root.remove(section)

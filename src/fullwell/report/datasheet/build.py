@@ -34,7 +34,7 @@ _MARKS: Final = "abcdefghijklmnopqrstuvwxyz"
 
 def profile_of(results: Results) -> str | None:
     """Return the profile whose datasheet is to be made, None where no row follows one."""
-    methods = {row.method for row in results.rows if row.quantity in {"system_gain", "dark_signal", "dark_noise"}}
+    methods = {row.method for row in results.rows}
     return next((profile for profile in RELEASES if profile in methods), None)
 
 
@@ -137,8 +137,7 @@ def _notes(template: Sequence[Group], rows: Sequence[Row]) -> tuple[dict[str, st
     for group in template:
         for entry in group.entries:
             row = row_of(entry, rows)
-            said = reason_of(entry.quantity) if row is None else "; ".join(_flag(flag) for flag in row.flags if flag)
-            said = said.removesuffix("; ").strip("; ")
+            said = reason_of(entry.quantity) if row is None else " ".join(filter(None, map(_flag, row.flags)))
             if said:
                 mark = texts.setdefault(said, _MARKS[len(texts) % len(_MARKS)])
                 marks[entry.quantity] = mark

@@ -37,8 +37,8 @@ def photons_per_pixel(
 
     Examples
     --------
-    >>> round(photons_per_pixel(area_um2=11.9, exposure_s=2e-3, wavelength_nm=530, irradiance_uw_cm2=1.5), 9)
-    952.504426727
+    >>> round(photons_per_pixel(area_um2=11.9, exposure_s=2e-3, wavelength_nm=530, irradiance_uw_cm2=1.5), 6)
+    952.504427
 
     """
     energy_j = irradiance_uw_cm2 * 1e-2 * area_um2 * 1e-12 * exposure_s

@@ -260,7 +260,7 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
         )
         findings.append(Finding(code="no-dark-stack", severity=Severity.WARNING, message=message))
     one_flat = known and not any(SLOPE in one.maps for one in known)
-    if one_flat and len({burst.exposure_s for burst in asked}) == len({burst.exposure_s for burst in bursts.flats}):
+    if one_flat and all(burst.sums is not None for burst in bursts.flats):
         message = (
             f"unsaturated flats of one exposure only at {bursts.label}: slopes and intercepts over exposure are not "
             "measured; take flats at three exposures or more"

@@ -119,6 +119,9 @@ def deviations(points: Sequence[TransferPoint]) -> list[tuple[float, float]]:
 
 
 def _exposure_findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[Finding, ...]:
+    lights = {(burst.exposure_s, burst.series.photons) for burst in bursts.flats}
+    if len(lights) > len({exposure_s for exposure_s, _photons in lights}):
+        return ()  # the light was varied, not the time
     said: dict[float, float] = {}
     for transfer in transfers:
         points = [point for point in _lit(bursts, transfer) if point.plane_signal_dn > 0.0]

@@ -1,4 +1,4 @@
-"""Run every benchmark, print the table, keep it as JSON: ``python -m benchmarks``."""
+"""Run benchmarks, all or those named, print the table, keep it as JSON: ``python -m benchmarks [NAME...]``."""
 
 import json
 import platform
@@ -8,14 +8,8 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
-from benchmarks.bursts import against_ccdproc
-from benchmarks.emva import against_package
-from benchmarks.lossless_jpeg import against_libraw
-from benchmarks.reduction import BURSTS, FRAMES, ONE_SERIES, compressed, uncompressed
-from benchmarks.responses import against_octave, against_reading
-from benchmarks.simulation import against_numpy as simulated_against_numpy
+from benchmarks.registry import BENCHMARKS
 from benchmarks.timing import Comparison
-from benchmarks.unpacking import against_numpy
 
 RESULTS = Path("bench-results")
 
@@ -28,25 +22,15 @@ def line(one: Comparison) -> str:
 
 
 def main() -> int:
-    """Return 1 if a target was missed."""
+    """Return 1 if a target was missed, 2 if there is no such benchmark."""
+    names = sys.argv[1:] or list(BENCHMARKS)
+    if unknown := [name for name in names if name not in BENCHMARKS]:
+        print(f"no benchmark {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
+        return 2
     found: list[Comparison] = []
-    with tempfile.TemporaryDirectory(prefix="fullwell-bench-") as name:
-        folder = Path(name)
-        for benchmark in (
-            lambda: uncompressed(folder / "one", name=f"{FRAMES} flats in one series", series=ONE_SERIES, target=4.0),
-            lambda: uncompressed(
-                folder / "bursts", name=f"{FRAMES} frames in {len(BURSTS)} bursts", series=BURSTS, target=8.0
-            ),
-            lambda: compressed(folder / "compressed"),
-            lambda: against_ccdproc(folder),
-            lambda: against_package(folder),
-            against_reading,
-            lambda: against_octave(folder),
-            against_numpy,
-            lambda: against_libraw(folder),
-            simulated_against_numpy,
-        ):
-            for one in benchmark():
+    for name in names:
+        with tempfile.TemporaryDirectory(prefix="fullwell-bench-") as folder:
+            for one in BENCHMARKS[name](Path(folder)):
                 print(line(one), flush=True)
                 found.append(one)
     RESULTS.mkdir(exist_ok=True)

@@ -1,5 +1,6 @@
 """Studies on disk with the content of real frames: 12.19 megapixels, 10 bits, noise around a shaded surface."""
 
+import os
 from pathlib import Path
 from typing import Literal
 
@@ -10,7 +11,9 @@ from fullwell.frames.series import Camera, Frame, Kind, Series, Study
 from fullwell.raw.open import read_header
 from fullwell.raw.write import write_dng
 
-HEIGHT, WIDTH = 3024, 4032
+HEIGHT, WIDTH = (int(side) for side in os.environ.get("FULLWELL_BENCH_SIZE", "3024x4032").split("x"))
+FRAMES = int(os.environ.get("FULLWELL_BENCH_FRAMES", "150"))
+"""Of the larger studies; both are smaller where only results are compared."""
 DISTINCT = 6
 BLACK, WHITE = 64, 1023
 
@@ -82,3 +85,25 @@ def study_in(folder: Path) -> Study:
 def frames_of(study: Study) -> list[Frame]:
     """Return every frame of a study."""
     return [frame for series in study.series for frame in series.frames]
+
+
+def small_study(folder: Path) -> Path:
+    """Write a study folder of 20 frames of a megapixel: two exposures of flats, two of darks, five frames each."""
+    rows, columns = min(HEIGHT, 1024), min(WIDTH, 1024)
+    for kind, exposure_s in (("flat", 0.01), ("flat", 0.02), ("dark", 0.01), ("dark", 0.04)):
+        for number in range(5):
+            path = folder / kind / f"{exposure_s:g}s-{number}.dng"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            codes = mosaic(100 * number + round(1000 * exposure_s), dark=kind == "dark")[:rows, :columns]
+            lit = BLACK + (codes.astype(np.int64) - BLACK) * (1 if exposure_s < 0.02 or kind == "dark" else 2) // 2
+            write_dng(
+                path,
+                (lit if kind == "flat" else codes).clip(0, WHITE).astype(np.uint16),
+                cfa="RGGB",
+                black_level=(BLACK,) * 4,
+                white_level=WHITE,
+                bit_depth=10,
+                iso=100,
+                exposure_s=exposure_s,
+            )
+    return folder

@@ -2,7 +2,7 @@
 
 import math
 
-from scipy.stats import chi2
+from scipy.special import chdtri, gammaln
 
 from fullwell.units import DN2, Measured
 
@@ -32,9 +32,11 @@ def median_pixel_variance(median_dn2: float, *, frames: int, pixels: int) -> Mea
 
     """
     dof = frames - 1
-    ratio = float(chi2.median(dof)) / dof
+    median = float(chdtri(dof, 0.5))
+    ratio = median / dof
     value = median_dn2 / ratio
-    density = float(chi2.pdf(chi2.median(dof), dof)) * dof
+    half = dof / 2.0
+    density = math.exp((half - 1.0) * math.log(median) - median / 2.0 - half * math.log(2.0) - gammaln(half)) * dof
     sampling = value / ratio / (2.0 * density * math.sqrt(pixels))
     grain = 2.0 / (frames * dof) / ratio / math.sqrt(12.0)
     return Measured.normal(value, math.hypot(sampling, grain), DN2)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtr
 
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.findings import Finding, Severity
@@ -193,7 +193,7 @@ def _steadiness(burst: Burst, channel: str, lines: str) -> float | None:
         return None
     dof = (plane.frames - 1) * (count - 1)
     ratio = float(mean_square / squares.tvh)
-    beyond = ratio < STEADY and fisher.cdf(ratio, dof, dof * (plane.n // count)) < STEADY_P
+    beyond = ratio < STEADY and fdtr(dof, dof * (plane.n // count), ratio) < STEADY_P
     return ratio if beyond else None
 
 

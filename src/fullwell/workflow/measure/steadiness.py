@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
@@ -88,7 +88,7 @@ def _drifts(group: Sequence[NDArray[np.float64]]) -> bool:
     slope = product / spread
     if scatter == 0.0:
         return slope != 0.0
-    return bool(2.0 * student.sf(abs(slope) / math.sqrt(scatter / dof / spread), dof) < DRIFT_SIGNIFICANCE)
+    return bool(2.0 * stdtr(dof, -abs(slope) / math.sqrt(scatter / dof / spread)) < DRIFT_SIGNIFICANCE)
 
 
 def _lit(bursts: IsoBursts, transfer: ChannelTransfer) -> list[TransferPoint]:

@@ -1,0 +1,48 @@
+"""What one run has compiled, the next one does not compile again."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from fullwell.raw.write import write_dng
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from numba.core import event
+from fullwell.frames.selection import Selection
+from fullwell.frames.study import load_study
+from fullwell.workflow.reduce import reduce_study
+study = load_study(Path(sys.argv[1]), Selection())
+with event.install_recorder("numba:compile") as compiled:
+    reduce_study(study, workers=2, tile=8, keep=[one.kind for one in study.series])
+print(sum(one.is_start for _, one in compiled.buffer))
+"""
+
+
+def compiled(study: Path) -> int:
+    command = [sys.executable, "-c", SCRIPT, str(study)]
+    return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def test_a_second_run_compiles_nothing(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    for folder, compression in (("flat", "none"), ("dark", "lossless-jpeg")):
+        for number in range(7):
+            path = tmp_path / folder / f"{number}.dng"
+            path.parent.mkdir(exist_ok=True)
+            mosaic = rng.integers(60, 200, (48, 64)).astype(np.uint16)
+            write_dng(
+                path,
+                mosaic,
+                cfa="RGGB",
+                black_level=(64,) * 4,
+                white_level=1023,
+                exposure_s=0.01,
+                iso=100,
+                compression=compression,
+            )
+    compiled(tmp_path)
+    assert compiled(tmp_path) == 0

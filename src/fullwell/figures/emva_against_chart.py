@@ -5,7 +5,7 @@ line therefore has both definitions, and says whether the two may be compared.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -40,6 +40,8 @@ class Told:
         What the figure is on this side.
     measured
         None where this side cannot tell.
+    flags
+        Of its row, a bound for example.
     reason
         Why it cannot; empty otherwise.
 
@@ -47,6 +49,7 @@ class Told:
 
     definition: str
     measured: Measured | None = None
+    flags: tuple[str, ...] = ()
     reason: str = ""
 
 
@@ -107,8 +110,8 @@ class _Figure:
     unit: str
     emva: str
     chart: str
-    emva_of: Callable[[Sides], Measured | None]
-    chart_of: Callable[[Sides], Measured | None]
+    emva_of: Callable[[Sides], Row | None]
+    chart_of: Callable[[Sides], Row | None]
     missing: str = "The chart does not tell it."
     note: str = ""
     alike: bool = True
@@ -121,14 +124,21 @@ def ten_lines(sides: Sides) -> tuple[Line, ...]:
 
 def _line(figure: _Figure, sides: Sides) -> Line:
     emva, chart = figure.emva_of(sides), figure.chart_of(sides)
+    independent = figure.alike and not sides.shared
     return Line(
         title=figure.title,
         unit=figure.unit,
-        emva=Told(definition=figure.emva, measured=emva, reason="" if emva else "The EMVA results do not hold it."),
-        chart=Told(definition=figure.chart, measured=chart, reason="" if chart else figure.missing),
-        difference=difference(chart, emva, independent=figure.alike and not sides.shared) if emva and chart else None,
+        emva=_told(figure.emva, emva, missing="The EMVA results do not hold it."),
+        chart=_told(figure.chart, chart, missing=figure.missing),
+        difference=difference(chart.measured, emva.measured, independent=independent) if emva and chart else None,
         note=figure.note,
     )
+
+
+def _told(definition: str, row: Row | None, *, missing: str) -> Told:
+    if row is None:
+        return Told(definition=definition, reason=missing)
+    return Told(definition=definition, measured=row.measured, flags=row.flags)
 
 
 def _row(rows: Sequence[Row], quantity: str, unit: str, method: str | None = None) -> Row | None:
@@ -141,44 +151,42 @@ def _row(rows: Sequence[Row], quantity: str, unit: str, method: str | None = Non
     return next((row for row in mine if "recommended" in row.flags), mine[0] if mine else None)
 
 
-def _of_emva(quantity: str, unit: str) -> Callable[[Sides], Measured | None]:
-    def find(sides: Sides) -> Measured | None:
-        row = _row(sides.emva, quantity, unit)
-        return None if row is None else row.measured
+def _of_emva(quantity: str, unit: str) -> Callable[[Sides], Row | None]:
+    def find(sides: Sides) -> Row | None:
+        return _row(sides.emva, quantity, unit)
 
     return find
 
 
-def _of_chart(quantity: str, unit: str, method: str | None = None) -> Callable[[Sides], Measured | None]:
-    def find(sides: Sides) -> Measured | None:
-        row = _row(sides.chart, quantity, unit, method)
-        return None if row is None else row.measured
+def _of_chart(quantity: str, unit: str, method: str | None = None) -> Callable[[Sides], Row | None]:
+    def find(sides: Sides) -> Row | None:
+        return _row(sides.chart, quantity, unit, method)
 
     return find
 
 
-def _apart(quantity: str, unit: str) -> Callable[[Sides], Measured | None]:
+def _apart(quantity: str, unit: str) -> Callable[[Sides], Row | None]:
     """Return a part of the dark noise, where the chart's frames tell it from the others."""
 
-    def find(sides: Sides) -> Measured | None:
+    def find(sides: Sides) -> Row | None:
         row = _row(sides.chart, quantity, unit)
-        return None if row is None or "mixed" in row.flags else row.measured
+        return None if row is None or "mixed" in row.flags else row
 
     return find
 
 
-def _emva_fraction(sides: Sides) -> Measured | None:
-    prnu = _of_emva("prnu", PERCENT)(sides)
-    return None if prnu is None else prnu.scaled(0.01, ONE)
+def _emva_fraction(sides: Sides) -> Row | None:
+    prnu = _row(sides.emva, "prnu", PERCENT)
+    return None if prnu is None else replace(prnu, measured=prnu.measured.scaled(0.01, ONE))
 
 
-def _emva_total(sides: Sides) -> Measured | None:
+def _emva_total(sides: Sides) -> Row | None:
     """Return the noise of one frame in the dark from its parts: sigma_d^2 + DSNU^2 + i t + 1/12K^2."""
     parts = {
         "dark": _variance(sides.emva, "dark_noise"),
         "dsnu": _variance(sides.emva, "dsnu"),
-        "K": _of_emva("system_gain", DN_PER_ELECTRON)(sides),
-        "i": _of_emva("dark_current", ELECTRON_PER_SECOND)(sides) or Measured.exact(0.0, ELECTRON_PER_SECOND),
+        "K": _measured(sides.emva, "system_gain", DN_PER_ELECTRON),
+        "i": _measured(sides.emva, "dark_current", ELECTRON_PER_SECOND) or Measured.exact(0.0, ELECTRON_PER_SECOND),
     }
     known = {name: one for name, one in parts.items() if one is not None}
     if len(known) < len(parts) or known["K"].value <= 0.0:
@@ -195,7 +203,17 @@ def _emva_total(sides: Sides) -> Measured | None:
         )
 
     variance = propagated(formula, [Ingredient(measured=one) for one in known.values()], unit=ELECTRON2)
-    return square_root(variance, ELECTRON)
+    return _computed(square_root(variance, ELECTRON))
+
+
+def _computed(measured: Measured) -> Row:
+    """Return a figure that follows from others as a row."""
+    return Row(quantity="total_dark_noise", channel="all", method="conversion", measured=measured)
+
+
+def _measured(rows: Sequence[Row], quantity: str, unit: str) -> Measured | None:
+    row = _row(rows, quantity, unit)
+    return None if row is None else row.measured
 
 
 def _variance(rows: Sequence[Row], quantity: str) -> Measured | None:
@@ -213,10 +231,10 @@ def _variance(rows: Sequence[Row], quantity: str) -> Measured | None:
     )
 
 
-def _bits(at: int) -> Callable[[Sides], Measured | None]:
-    def find(sides: Sides) -> Measured | None:
+def _bits(at: int) -> Callable[[Sides], Row | None]:
+    def find(sides: Sides) -> Row | None:
         bits = sides.bits[at]
-        return None if bits is None else Measured.exact(bits, BIT)
+        return None if bits is None else _computed(Measured.exact(bits, BIT))
 
     return find
 

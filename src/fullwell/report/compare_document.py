@@ -172,7 +172,7 @@ def _line(line: Line) -> Plain:
 
 def _told(told: Told) -> Plain:
     measured = {} if told.measured is None else _measured(told.measured)
-    return plain({"definition": told.definition, **measured, "reason": told.reason or None})
+    return plain({"definition": told.definition, **measured, "flags": told.flags, "reason": told.reason or None})
 
 
 def _definitions(comparison: Comparison) -> Plain:

@@ -163,13 +163,14 @@ def difference_cell(one: Difference | None) -> Cell:
     if one is None:
         return Cell(text=MISSING)
     text = show(one.measured) if one.measured.std_error else show_value(one.measured)
-    if part := relative(one):
-        text += f" ({part})"
+    part = relative(one)
     if one.statistic is None or one.p_value is None:
-        return Cell(text=text, title="no error: one of the figures has none, or both come from the same frames")
+        title = "no error: one of the figures has none, they have no one truth, or both come from the same frames"
+        return Cell(text=text, title=title, below=part)
     statistic = f"{one.statistic:+.1f} s.e.".replace("-", _MINUS)
     chance = "p < 0.0001" if one.p_value < 1e-4 else f"p = {one.p_value:.2g}"
-    return Cell(text=text, below=f"{statistic}, {chance}", notable=one.p_value < _NOTABLE)
+    below = ", ".join(filter(None, (part, statistic, chance)))
+    return Cell(text=text, below=below, notable=one.p_value < _NOTABLE)
 
 
 def relative(one: Difference) -> str:
@@ -217,7 +218,7 @@ def told_cell(told: Told) -> Cell:
     """Return a figure of the ten, or that it is not told, with the reason to hover over."""
     if told.measured is None:
         return Cell(text="not told", title=told.reason)
-    return Cell(text=show(told.measured))
+    return Cell(text=show(told.measured, told.flags))
 
 
 def _side(side: Side) -> dict[str, object]:

@@ -1,19 +1,9 @@
 """How a frame was taken: ISO, exposure, temperature and camera, from the tags of TIFF, EXIF and DNG."""
 
 from dataclasses import dataclass
-from typing import Final
 
 from fullwell.raw.directory import Directories, Directory
-from fullwell.raw.tags import Tag
-
-_ISO_TAGS: Final = (
-    Tag.ISO_SPEED_RATINGS,
-    Tag.ISO_SPEED,
-    Tag.RECOMMENDED_EXPOSURE_INDEX,
-    Tag.STANDARD_OUTPUT_SENSITIVITY,
-)
-_ISO_TOO_HIGH_FOR_TAG: Final = 65535
-"""EXIF 2.3: ISOSpeedRatings of this value means "see the other sensitivity tags"."""
+from fullwell.raw.tags import ISO_IN_OTHER_TAG, ISO_TAGS, Tag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,8 +41,8 @@ class Exposure:
 
 def read_exposure(directories: Directories, image: Directory) -> Exposure:
     """Return how the frame was taken, looking in the image's directory, the first one and EXIF."""
-    isos = [_positive(directories, image, tag) for tag in _ISO_TAGS]
-    known = [iso for iso in isos if iso is not None and iso != _ISO_TOO_HIGH_FOR_TAG]
+    isos = [_positive(directories, image, tag) for tag in ISO_TAGS]
+    known = [iso for iso in isos if iso is not None and iso != ISO_IN_OTHER_TAG]
     first = directories.first
     orientation = first.integer(Tag.ORIENTATION, 1)
     return Exposure(

@@ -10,6 +10,7 @@ from typing import Final
 
 from fullwell.findings import Finding, Severity
 from fullwell.raw.description import Description
+from fullwell.raw.tags import Tag
 
 _SET_LOSSLESS: Final = "set the camera to lossless or uncompressed raw"
 _RAW_DIRECTORIES: Final = ("EXIF SubIFD", "Image", "IFD ")
@@ -21,7 +22,6 @@ _NEF_NAMES: Final = {
 _SONY_FILE_TYPE: Final = 0x7000
 _SONY_NAMES: Final = {0: "none", 1: "none", 2: "sony-lossy", 3: "sony-lossless", 4: "sony-lossless", 6: "sony-lossy"}
 _SONY_COMPRESSED: Final = 32767
-_TIFF_COMPRESSION: Final = 0x0103
 _TIFF_NAMES: Final = {
     32769: "packed", 32770: "samsung", 32772: "samsung", 32773: "samsung", 34713: "nikon", 65000: "kodak",
     65535: "pentax", 32767: "sony",
@@ -66,8 +66,8 @@ def _sony(said: Description) -> Coding:
     number = said.tags.number(_SONY_FILE_TYPE, *_RAW_DIRECTORIES)
     if number is not None and int(number) in _SONY_NAMES:
         return _told(_SONY_NAMES[int(number)])
-    bytes_stored = said.tags.number(0x0117, "EXIF SubIFD")
-    if said.tags.number(_TIFF_COMPRESSION, "EXIF SubIFD") == _SONY_COMPRESSED and bytes_stored is not None:
+    bytes_stored = said.tags.number(Tag.STRIP_BYTE_COUNTS, "EXIF SubIFD")
+    if said.tags.number(Tag.COMPRESSION, "EXIF SubIFD") == _SONY_COMPRESSED and bytes_stored is not None:
         pixels = 0 if said.decoded is None else said.decoded.raw_height * said.decoded.raw_width
         return _told("sony-lossy" if bytes_stored == pixels else "sony-lossless")
     return _other(said)
@@ -95,7 +95,7 @@ def _panasonic(said: Description) -> Coding:
 
 
 def _other(said: Description) -> Coding:
-    numbers = [said.tags.number(_TIFF_COMPRESSION, directory) for directory in _RAW_DIRECTORIES]
+    numbers = [said.tags.number(Tag.COMPRESSION, directory) for directory in _RAW_DIRECTORIES]
     known = [_TIFF_NAMES[int(number)] for number in numbers if number is not None and int(number) in _TIFF_NAMES]
     return Coding(name=known[0] if known else "maker")
 

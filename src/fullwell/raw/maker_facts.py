@@ -8,22 +8,17 @@ from typing import Final
 
 from fullwell.raw.description import Description
 from fullwell.raw.exif import CAMERA_TEMPERATURE, COLOR_DATA, ExifTags
+from fullwell.raw.tags import ISO_IN_OTHER_TAG, ISO_TAGS, Tag
 
-_ISO_TAGS: Final = (0x8827, 0x8833, 0x8832, 0x8831)
-_ISO_TOO_HIGH_FOR_TAG: Final = 65535
-_EXPOSURE_TIME: Final = 0x829A
-_TEMPERATURE: Final = 0x9400
 _CANON_SHOT_INFO: Final = 0x0004
 _PENTAX_TEMPERATURE: Final = 0x0047
-_STRIPS: Final = 0x0111
-_STRIP_SIZES: Final = 0x0117
 _PLACES: Final = ("EXIF", "Image")
 
 _LEVELS: Final = (
-    ("", "EXIF SubIFD", 0xC61A, "BlackLevel"),
-    ("", "EXIF SubIFD", 0xC61D, "WhiteLevel"),
-    ("", "Image", 0xC61A, "BlackLevel"),
-    ("", "Image", 0xC61D, "WhiteLevel"),
+    ("", "EXIF SubIFD", Tag.BLACK_LEVEL, "BlackLevel"),
+    ("", "EXIF SubIFD", Tag.WHITE_LEVEL, "WhiteLevel"),
+    ("", "Image", Tag.BLACK_LEVEL, "BlackLevel"),
+    ("", "Image", Tag.WHITE_LEVEL, "WhiteLevel"),
     ("nikon", "MakerNote", 0x003D, "BlackLevel"),
     ("sony", "EXIF SubIFD", 0x7310, "BlackLevel"),
     ("sony", "EXIF SubIFD", 0x787F, "WhiteLevel"),
@@ -88,16 +83,16 @@ class ShotFacts:
 def shot_facts(said: Description) -> ShotFacts:
     """Return how a frame was taken: by its EXIF tags, by LibRaw where it has none."""
     tags, decoded = said.tags, said.decoded
-    isos = [tags.number(tag, *_PLACES) for tag in _ISO_TAGS]
-    known = [iso for iso in isos if iso is not None and 0 < iso != _ISO_TOO_HIGH_FOR_TAG]
-    exposure = tags.number(_EXPOSURE_TIME, *_PLACES)
-    orientation = tags.number(0x0112, "Image")
+    isos = [tags.number(tag, *_PLACES) for tag in ISO_TAGS]
+    known = [iso for iso in isos if iso is not None and 0 < iso != ISO_IN_OTHER_TAG]
+    exposure = tags.number(Tag.EXPOSURE_TIME, *_PLACES)
+    orientation = tags.number(Tag.ORIENTATION, "Image")
     return ShotFacts(
         iso=known[0] if known else (None if decoded is None else decoded.iso or None),
         exposure_s=exposure if exposure and exposure > 0 else (None if decoded is None else decoded.exposure_s or None),
         temperature_c=_temperature(tags),
-        make=tags.text(0x010F, "Image", "Thumbnail") or said.container.make,
-        model=tags.text(0x0110, "Image", "Thumbnail") or said.container.model,
+        make=tags.text(Tag.MAKE, "Image", "Thumbnail") or said.container.make,
+        model=tags.text(Tag.MODEL, "Image", "Thumbnail") or said.container.model,
         orientation=int(orientation) if orientation is not None and 1 <= orientation <= 8 else None,
     )
 
@@ -124,10 +119,10 @@ def _canon_levels(tags: ExifTags) -> Iterator[tuple[str, tuple[float, ...]]]:
 
 
 def _temperature(tags: ExifTags) -> float | None:
-    ambient = tags.number(_TEMPERATURE, "EXIF")
+    ambient = tags.number(Tag.TEMPERATURE, "EXIF")
     if ambient is not None:
         return ambient
-    maker = (tags.text(0x010F, "Image") or "").casefold()
+    maker = (tags.text(Tag.MAKE, "Image") or "").casefold()
     if maker.startswith("canon"):
         return _canon_temperature(tags)
     return tags.number(_PENTAX_TEMPERATURE, "MakerNote") if maker.startswith(("pentax", "ricoh")) else None
@@ -145,7 +140,7 @@ def _canon_temperature(tags: ExifTags) -> float | None:
 def stored_end(tags: ExifTags) -> int:
     """Return where the largest picture that the directories name ends in the file; 0 where they name none [byte]."""
     found: list[tuple[float, float]] = []
-    for directory in sorted({directory for directory, number, _values in tags.entries if number == _STRIP_SIZES}):
-        for offset, size in zip(tags.numbers(_STRIPS, directory), tags.numbers(_STRIP_SIZES, directory), strict=False):
-            found.append((size, offset + size))
+    for place in sorted({place for place, number, _values in tags.entries if number == Tag.STRIP_BYTE_COUNTS}):
+        offsets, sizes = (tags.numbers(tag, place) for tag in (Tag.STRIP_OFFSETS, Tag.STRIP_BYTE_COUNTS))
+        found += [(size, offset + size) for offset, size in zip(offsets, sizes, strict=False)]
     return int(max(found)[1]) if found else 0

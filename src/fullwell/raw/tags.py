@@ -86,9 +86,20 @@ class Photometric(IntEnum):
 
     WHITE_IS_ZERO = 0
     BLACK_IS_ZERO = 1
+    RGB = 2
     CFA = 32803
     LINEAR_RAW = 34892
 
+
+ISO_TAGS: Final = (
+    Tag.ISO_SPEED_RATINGS,
+    Tag.ISO_SPEED,
+    Tag.RECOMMENDED_EXPOSURE_INDEX,
+    Tag.STANDARD_OUTPUT_SENSITIVITY,
+)
+"""Where EXIF has the ISO speed: the first that tells one counts."""
+ISO_IN_OTHER_TAG: Final = 65535
+"""EXIF 2.3: ISOSpeedRatings of this value means "see the other sensitivity tags"."""
 
 COMPRESSION_NAMES: Final[tuple[tuple[Compression, str], ...]] = (
     (Compression.NONE, "none"),

@@ -11,14 +11,12 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.raw.fields import Field, FieldType, directory_length, encode_directory
-from fullwell.raw.tags import Tag
+from fullwell.raw.tags import ISO_IN_OTHER_TAG, Tag
 
 _ALIGNMENT: Final = 64
 _LARGEST_FILE: Final = 1 << 32
 _HIGHEST_SHORT_ISO: Final = 65534
 _HIGHEST_ISO: Final = 2**32 - 1
-_ISO_IN_OTHER_TAG: Final = 65535
-"""EXIF 2.3: ISOSpeedRatings of this value means "see the other sensitivity tags"."""
 _RECOMMENDED_EXPOSURE_INDEX: Final = 2
 """SensitivityType: which of those tags it is."""
 
@@ -43,7 +41,7 @@ def exif_fields(*, iso: float | None, exposure_s: float | None, temperature_c: f
     if iso is not None:
         if iso != int(iso) or not 0 < iso <= _HIGHEST_ISO:
             raise ValueError(f"EXIF has whole ISO speeds from 1 to {_HIGHEST_ISO}, not {iso}")
-        fields.append(short(Tag.ISO_SPEED_RATINGS, int(iso) if iso <= _HIGHEST_SHORT_ISO else _ISO_IN_OTHER_TAG))
+        fields.append(short(Tag.ISO_SPEED_RATINGS, int(iso) if iso <= _HIGHEST_SHORT_ISO else ISO_IN_OTHER_TAG))
         if iso > _HIGHEST_SHORT_ISO:
             fields.append(short(Tag.SENSITIVITY_TYPE, _RECOMMENDED_EXPOSURE_INDEX))
             fields.append(long(Tag.RECOMMENDED_EXPOSURE_INDEX, int(iso)))

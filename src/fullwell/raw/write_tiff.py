@@ -15,8 +15,6 @@ from fullwell.raw.tags import Compression, Photometric, Tag
 from fullwell.raw.tiff_file import exif_fields, long, short, tiff_parts, write_whole
 from fullwell.raw.write import DngExtras, camera_fields, pattern_fields
 
-_RGB: Final = 2
-"""PhotometricInterpretation of a picture in colour."""
 _BITS: Final = 16
 
 
@@ -91,7 +89,7 @@ def write_rgb(
         fields = [*_stored_fields(rgb, photometric=Photometric.LINEAR_RAW), *levels, *named]
     else:
         named = _named_fields(make=make, model=model, orientation=extras.orientation)
-        fields = [*_stored_fields(rgb, photometric=_RGB), *named]
+        fields = [*_stored_fields(rgb, photometric=Photometric.RGB), *named]
     exif = exif_fields(iso=iso, exposure_s=exposure_s, temperature_c=extras.temperature_c)
     write_whole(path, tiff_parts(fields, exif, [_bytes(rgb)]))
 

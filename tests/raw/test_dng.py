@@ -25,8 +25,8 @@ from fullwell.errors import UnreadableFileError, UnsuitableFileError
 from fullwell.findings import Severity
 from fullwell.raw.cfa import BAYER, shifted
 from fullwell.raw.image import Area, RawHeader, RawImage
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.open import decode, read_header, read_raw, require_measurable
+from libraw_oracle import read_with_libraw
 
 
 @pytest.fixture

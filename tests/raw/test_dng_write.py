@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from fullwell.raw.cfa import BAYER, MONO, shifted
 from fullwell.raw.image import Area
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.open import read_header, read_raw
 from fullwell.raw.write import DngExtras, write_dng
+from libraw_oracle import read_with_libraw
 
 COMPRESSIONS = ("none", "lossless-jpeg")
 

@@ -12,8 +12,8 @@ from maker_builder import arw, nef, nef_with_compression, raf
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.raw import isolation
 from fullwell.raw.embedded import ciff_names, fuji_is_rotated, wavelet_levels
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.open import read_header, read_raw, require_measurable
+from libraw_oracle import read_with_libraw
 
 
 @pytest.mark.parametrize("name", ["CRW_0101.CRW", "CRW_0119.CRW"])
@@ -126,9 +126,9 @@ def test_processor_time_is_limited_where_the_system_can(tmp_path: Path, monkeypa
     if sys.platform == "win32":
         pytest.skip("Windows limits no processor time: the clock does")
     (tmp_path / "endless.py").write_text(
-        "from fullwell.raw import isolated\n"
+        "from fullwell.raw import decoder_process\n"
         "def turn(data):\n    while True: pass\n"
-        "isolated.TASKS = {'turn': turn}\nisolated.main()\n"
+        "decoder_process.TASKS = {'turn': turn}\ndecoder_process.main()\n"
     )
     monkeypatch.setattr(isolation, "_PROGRAM", "endless")
     monkeypatch.setattr(isolation, "_idle", [])

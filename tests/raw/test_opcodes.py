@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
 from fullwell.raw.cfa import BAYER, MONO, cell
 from fullwell.raw.image import Area
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.opcodes import (
     GainMap,
     Opcode,
@@ -24,6 +23,7 @@ from fullwell.raw.opcodes import (
 from fullwell.raw.open import read_raw
 from fullwell.raw.rewriting import copy_with_gain_maps, read_opcodes
 from fullwell.raw.write import DngExtras, write_dng
+from libraw_oracle import read_with_libraw
 
 UNKNOWN = {65000: (UNDEFINED, tuple(range(23))), 65001: (LONG, (7,))}
 WARP = Opcode(id=1, version=0x01030000, flags=0, data=bytes(range(60)))

@@ -20,9 +20,9 @@ from dng_builder import (
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.raw.image import Area
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.open import decode, read_header, read_raw, require_measurable
 from fullwell.raw.write import write_dng
+from libraw_oracle import read_with_libraw
 
 
 @pytest.mark.parametrize(

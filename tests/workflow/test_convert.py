@@ -16,13 +16,13 @@ from fullwell.frames.selection import Selection
 from fullwell.raw.cfa import BAYER, MONO
 from fullwell.raw.headerless_format import parse_format
 from fullwell.raw.image import Area, ColourMatrix, RawHeader
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.opcodes import mosaic_gain_maps
 from fullwell.raw.open import decode, read_header, read_raw
 from fullwell.raw.write import DngExtras, write_dng
 from fullwell.workflow.convert.convert import ConvertOutcome, convert
 from fullwell.workflow.convert.settings import Conversion
 from fullwell.workflow.options import Options
+from libraw_oracle import read_with_libraw
 
 Shared = Callable[[str], Path]
 PLAIN = Conversion()

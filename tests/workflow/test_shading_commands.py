@@ -15,7 +15,6 @@ from fullwell.findings import Severity
 from fullwell.fit.shading.surface import ShadingModel
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
-from fullwell.raw.libraw import read_with_libraw
 from fullwell.raw.opcodes import OpcodeList, mosaic_gain_maps
 from fullwell.raw.open import read_raw
 from fullwell.raw.rewriting import copy_with_gain_maps, read_opcodes
@@ -27,6 +26,7 @@ from fullwell.workflow.shading.apply import apply_shading
 from fullwell.workflow.shading.compare import compare_maps
 from fullwell.workflow.shading.fit import fit_maps
 from fullwell.workflow.shading.folder import ShadingOutcome
+from libraw_oracle import read_with_libraw
 
 FOCAL_LENGTH_MM = 0.25
 EXPONENTS = {"R": 1.1, "G1": 1.0, "G2": 1.0, "B": 0.9}

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 
-_PROGRAM: Final = "fullwell.raw.isolated"
+_PROGRAM: Final = "fullwell.raw.decoder_process"
 _BASE_S: Final = 5.0
 _S_PER_MB: Final = 0.25
 _PATIENCE: Final = 8.0 if hasattr(signal, "SIGXCPU") else 1.0
@@ -52,7 +52,7 @@ def ask(
     Parameters
     ----------
     task
-        A name of `fullwell.raw.isolated.TASKS`.
+        A name of `fullwell.raw.decoder_process.TASKS`.
     data
         What to decode.
     out

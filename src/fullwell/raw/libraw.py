@@ -8,53 +8,22 @@ import io
 import math
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import UnreadableFileError
-from fullwell.raw.cfa import MONO
 from fullwell.raw.description import Container, Decoded, Description, Margin
 from fullwell.raw.embedded import ciff_names, declared_end, fuji_is_lossy, fuji_is_rotated, wavelet_levels
 from fullwell.raw.exif import read_exif
 from fullwell.raw.image import Area
-from fullwell.raw.isolation import ask
 
 if TYPE_CHECKING:
     import rawpy
 
 _LEAST_MARGIN: Final = 4
 """Rows or columns of a margin below which nothing is said of it [pixel]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LibRawImage:
-    """What LibRaw says of a raw file, in Fullwell's order of sites.
-
-    Parameters
-    ----------
-    mosaic
-        Visible mosaic, ``uint16``, shape (height, width) [DN].
-    cfa
-        Order at the visible top-left pixel, or ``mono``.
-    black_level
-        Per site, row-major, as whole numbers: LibRaw rounds [DN].
-    white_level
-        [DN].
-    iso, exposure_s
-        None where LibRaw says 0.
-
-    """
-
-    mosaic: NDArray[np.uint16]
-    cfa: str
-    black_level: tuple[float, ...]
-    white_level: float
-    iso: float | None
-    exposure_s: float | None
 
 
 def describe(data: bytes) -> tuple[Mapping[str, Any], None]:
@@ -102,34 +71,6 @@ def unpack(data: bytes, *, area: list[int], shape: list[int]) -> tuple[Mapping[s
             raise UnreadableFileError("file-damaged", "its pixels are not the size its header says; copy it again")
         top, left, bottom, right = area
         return {}, np.array(stored[top:bottom, left:right], dtype=np.uint16)
-
-
-def read_with_libraw(path: Path) -> LibRawImage:
-    """Return a raw file as LibRaw decodes it, whatever reader of ours there is for it.
-
-    Raises
-    ------
-    UnreadableFileError
-        ``not-a-raw-file`` where LibRaw does not open it.
-
-    """
-    data = path.read_bytes()
-    description = Description.from_plain(ask("describe", data))
-    said = description.decoded
-    if said is None:
-        raise UnreadableFileError(*(description.refusal or ("not-a-raw-file", "LibRaw does not read it")))
-    numbers = said.pattern if len(said.pattern) == 4 else (0,)
-    top, left, bottom, right = said.visible
-    mosaic = np.empty((bottom - top, right - left), np.uint16)
-    ask("unpack", data, out=mosaic, area=list(said.visible), shape=[said.raw_height, said.raw_width])
-    return LibRawImage(
-        mosaic=mosaic,
-        cfa="".join(said.colours[number] for number in numbers) if len(numbers) == 4 else MONO,
-        black_level=tuple(said.black[number] for number in numbers),
-        white_level=float(said.white),
-        iso=said.iso or None,
-        exposure_s=said.exposure_s or None,
-    )
 
 
 @contextmanager

@@ -8,6 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("any-machine", deadline=None)  # how long an example takes is the machine's affair
+settings.load_profile("any-machine")
 
 DATA = Path(os.environ.get("FULLWELL_DATA", Path(__file__).parents[2] / "shared" / "data"))
 

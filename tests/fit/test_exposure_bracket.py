@@ -119,7 +119,7 @@ def test_a_misfit_scales_the_error(chart):
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10_000), exposures=st.integers(2, 4), offset=st.floats(-100.0, 3000.0))
 def test_a_general_optimizer_agrees(seed, exposures, offset):
     """Oracle: all unknowns at once, no profiling; and the minimum's curvature is the covariance."""

@@ -265,7 +265,7 @@ def test_one_pattern_seen_often_is_one_draw(chart):
     assert tied.system_gain.std_error == pytest.approx(free.system_gain.std_error)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(scale=st.floats(0.01, 100.0), seed=st.integers(0, 1000))
 def test_units_and_order_of_the_points_do_not_matter(scale, seed):
     rng = np.random.default_rng(seed)

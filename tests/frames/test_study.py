@@ -264,7 +264,7 @@ def test_link_loops_end_and_a_linked_frame_counts_once_per_kind(tmp_path: Path, 
     assert "files-twice" in codes(study, Severity.INFO)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.randoms(use_true_random=False))
 def test_the_file_systems_order_never_matters(
     tmp_path: Path, make_dng: MakeFrame, monkeypatch: pytest.MonkeyPatch, random: Random

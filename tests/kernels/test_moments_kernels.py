@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -46,7 +46,6 @@ def empty_sums(stack: Stack, band: Band, height: int) -> tuple[SeriesSums, Frame
     return series, sums
 
 
-@settings(deadline=None)
 @given(stacks(), st.data())
 def test_add_band_equals_its_twin(case: tuple[Stack, Band, int], data: st.DataObject) -> None:
     stack, band, height = case
@@ -58,7 +57,6 @@ def test_add_band_equals_its_twin(case: tuple[Stack, Band, int], data: st.DataOb
         np.testing.assert_array_equal(mine, its)
 
 
-@settings(deadline=None)
 @given(stacks())
 def test_count_codes_equals_its_twin(case: tuple[Stack, Band, int]) -> None:
     stack, band, _height = case
@@ -76,7 +74,6 @@ def maps_of(stack: Stack, height: int) -> Maps:
     return Maps(codes.astype(np.uint32), squares.astype(np.uint64), len(frames))
 
 
-@settings(deadline=None)
 @given(stacks(), st.integers(0, 40), st.integers(1, 64))
 def test_summaries_equal_their_twins(case: tuple[Stack, Band, int], shift: int, bins: int) -> None:
     stack, band, height = case
@@ -100,7 +97,6 @@ def test_summaries_equal_their_twins(case: tuple[Stack, Band, int], shift: int, 
         np.testing.assert_allclose(mine, its, rtol=tolerance, atol=0.0)
 
 
-@settings(deadline=None)
 @given(stacks(), st.integers(0, 2**36), st.integers(0, 2**36))
 def test_picking_and_summing_maps_equal_their_twins(case: tuple[Stack, Band, int], least: int, more: int) -> None:
     stack, band, height = case
@@ -113,7 +109,6 @@ def test_picking_and_summing_maps_equal_their_twins(case: tuple[Stack, Band, int
     np.testing.assert_array_equal(np.array(fast), np.array(slow))
 
 
-@settings(deadline=None)
 @given(stacks())
 def test_burst_maps_equal_their_twin(case: tuple[Stack, Band, int]) -> None:
     stack, band, height = case

@@ -10,7 +10,7 @@ from fullwell.kernels.pixel_bins import BinSums, Limits
 
 
 @pytest.mark.parametrize("dtype", [np.uint32, np.float32])
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.data())
 def test_combinations_equal_their_twins(dtype: type, data: st.DataObject) -> None:
     rows, width = data.draw(st.integers(1, 9)), data.draw(st.integers(1, 40))
@@ -28,7 +28,7 @@ def test_combinations_equal_their_twins(dtype: type, data: st.DataObject) -> Non
     np.testing.assert_array_equal(fast, slow)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.data())
 def test_bins_equal_their_twin(data: st.DataObject) -> None:
     size = data.draw(st.integers(1, 9))

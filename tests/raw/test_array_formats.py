@@ -15,7 +15,7 @@ from fullwell.errors import UnreadableFileError, UnsuitableFileError
 from fullwell.raw.open import decode, read_bytes, read_header, read_headers, read_raw
 
 MOSAICS = arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9)))
-QUICK = settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+QUICK = settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def write_fits(path: Path, values: np.ndarray, **cards: object) -> Path:

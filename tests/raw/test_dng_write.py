@@ -117,7 +117,7 @@ def frames(draw: st.DrawFn) -> dict[str, object]:
     }
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=150)
+@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=150)
 @given(frame=frames())
 def test_every_size_depth_order_and_area_round_trips(frame: dict) -> None:
     mosaic = (

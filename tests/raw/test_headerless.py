@@ -27,7 +27,7 @@ def containers(draw: st.DrawFn) -> tuple[str, int]:
     return container, draw(st.integers(1, 8 if container == "8" else 16))
 
 
-@settings(deadline=None, max_examples=300)  # the first example waits for the compiler
+@settings(max_examples=300)  # the first example waits for the compiler
 @given(
     kind=containers(),
     shape=st.tuples(st.integers(1, 5), st.integers(1, 40)),
@@ -62,7 +62,6 @@ def test_every_container_and_depth_gives_back_what_was_stored(
         np.testing.assert_array_equal(decode_headerless(stated, memoryview(data), out=out), mosaic)
 
 
-@settings(deadline=None)
 @given(bits=st.sampled_from(sorted(GROUPS)), rows=st.integers(1, 4), columns=st.integers(1, 30), more=st.integers(0, 3))
 def test_mipi_kernel_and_twin_are_equal_on_any_bytes(bits: int, rows: int, columns: int, more: int) -> None:
     row_bytes = mipi_row_bytes(columns, bits=bits) + more
@@ -73,7 +72,6 @@ def test_mipi_kernel_and_twin_are_equal_on_any_bytes(bits: int, rows: int, colum
     np.testing.assert_array_equal(ours, plain)
 
 
-@settings(deadline=None)
 @given(bits=st.integers(1, 16), rows=st.integers(1, 4), columns=st.integers(1, 30), more=st.integers(0, 3))
 def test_lsb_kernel_and_twin_are_equal_on_any_bytes(bits: int, rows: int, columns: int, more: int) -> None:
     row_bytes = (columns * bits + 7) // 8 + more
@@ -192,7 +190,6 @@ def test_a_wrong_geometry_is_called_wrong_with_what_fits(tmp_path: Path, size: i
 
 
 @given(size=st.integers(1, 5000), stated=formats())
-@settings(deadline=None)
 def test_any_size_is_the_formats_or_refused(size: int, stated: HeaderlessFormat) -> None:
     if size in stated.file_sizes:
         assert read_headerless_header(Path("a"), stated, size=size, source="us").layout == stated

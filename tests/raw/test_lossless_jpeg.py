@@ -4,7 +4,7 @@ import imagecodecs
 import numpy as np
 import pytest
 from dng_builder import FLAT_TABLE, STEEP_TABLE, lossless_jpeg
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
@@ -115,7 +115,6 @@ def test_encoding_kernel_equals_its_twin(components: int, predictor: int) -> Non
     assert encode_scan(samples, size_bits=size, **options) == encode_scan_plain(samples, **options)
 
 
-@settings(deadline=None)
 @given(
     lines=st.integers(1, 20),
     columns=st.integers(1, 20),

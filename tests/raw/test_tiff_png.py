@@ -5,7 +5,7 @@ import imagecodecs
 import numpy as np
 import pytest
 import tifffile
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
@@ -36,7 +36,6 @@ def test_every_tiff_that_tifffile_writes(
     assert (header.black_level, header.white_level, header.exposure_s) == (None, None, None)
 
 
-@settings(deadline=None)
 @given(height=st.integers(1, 40), width=st.integers(1, 40), rows=st.integers(1, 40))
 def test_every_size_and_strip(tmp_path_factory: pytest.TempPathFactory, height: int, width: int, rows: int) -> None:
     path = tmp_path_factory.getbasetemp() / "sized.tif"

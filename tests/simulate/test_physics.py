@@ -62,7 +62,7 @@ def frames(camera, exposure, count):
     )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     rows=st.lists(st.integers(1, 51), max_size=4, unique=True),
     columns=st.lists(st.integers(1, 73), max_size=4, unique=True),

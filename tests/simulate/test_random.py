@@ -46,7 +46,7 @@ def test_poisson_numbers_equal_their_twin_where_methods_meet_within_a_row() -> N
     assert np.array_equal(random.poisson(means, DRAWS), random_twin.poisson(means, DRAWS))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     top=st.integers(0, 20),
     left=st.integers(0, 300),

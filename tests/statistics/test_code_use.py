@@ -43,7 +43,7 @@ def test_nothing_is_found_where_nothing_was_done() -> None:
 
 
 @given(scale=st.floats(1.02, 20.0), seed=st.integers(0, 2**31))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_a_scaled_channel_tells_its_factor(scale: float, seed: int) -> None:
     found = used(np.floor(scale * scene(np.random.default_rng(seed))))
     if abs(scale - round(scale)) < 1e-3:
@@ -84,7 +84,7 @@ def test_a_square_root_curve_is_companding() -> None:
 
 
 @given(seed=st.integers(0, 2**31), count=st.integers(1, 10))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_codes_that_are_left_out_are_named(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
     left_out = np.sort(rng.choice(np.arange(100, 220), count, replace=False))

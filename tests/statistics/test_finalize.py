@@ -127,7 +127,7 @@ def test_legacy_of_the_mosaic_mixes_the_planes() -> None:
     )
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 9), st.sampled_from((0, 1, 30, 3000, 65535)), st.integers(2, 40))
 def test_median_is_exact_at_every_spread(seed: int, frames: int, largest: int, width: int) -> None:
     x = np.random.default_rng(seed).integers(0, largest, (frames, 5, width), dtype=np.uint16, endpoint=True)

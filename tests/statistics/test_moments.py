@@ -34,7 +34,7 @@ def assert_same(a: Moments, b: Moments) -> None:
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name), err_msg=name)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.data())
 def test_any_split_and_any_order_give_the_same_bits(data: st.DataObject) -> None:
     layout = Layout(height=9, width=14, cfa=data.draw(st.sampled_from(("mono", "RGGB"))), tile=3)

@@ -24,7 +24,7 @@ def _by_least_squares(values, terms):
     terms=st.sampled_from([1, 3, 6]),
     seed=st.integers(0, 2**32 - 1),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_variance_is_that_about_the_least_squares_surface(rows, columns, terms, seed):
     values = np.random.default_rng(seed).normal(100.0, 3.0, (rows, columns))
     found = patch_statistics(values, terms=terms)

@@ -88,7 +88,7 @@ def test_it_is_least_squares_tile_by_tile(*, relative: bool, shape: tuple[int, i
     assert found.n.sum() == plane.size
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(
     st.lists(st.floats(-50.0, 50.0), min_size=5, max_size=5),
     st.integers(8, 70),

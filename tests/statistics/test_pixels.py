@@ -42,7 +42,7 @@ def test_threads_do_not_matter_to_the_bit() -> None:
     np.testing.assert_array_equal(one, three)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     st.lists(st.floats(1e-4, 10.0), min_size=2, max_size=8, unique=True),
     st.floats(-1e4, 1e4),

@@ -72,7 +72,7 @@ def test_legendre_polynomials_span_the_axis_from_edge_to_edge():
     np.testing.assert_allclose(found, [[1.0, -1.0, 1.0], [1.0, 0.0, -0.5], [1.0, 1.0, 1.0]], atol=1e-15)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     row=st.floats(-200.0, 500.0),
     column=st.floats(-300.0, 700.0),

@@ -11,7 +11,8 @@ from fullwell.cli.summary import print_summary
 from fullwell.figures.results import Results, Row
 from fullwell.findings import Finding, Severity
 from fullwell.units import Measured
-from fullwell.workflow.demo import DemoOutcome, DemoRow
+from fullwell.workflow.demo import DemoOutcome
+from fullwell.workflow.loop.comparison import Comparison
 
 
 def results(*rows: Row) -> Results:
@@ -69,15 +70,9 @@ def test_a_limit_is_shown_as_a_limit() -> None:
 @pytest.mark.parametrize(("pulls", "words"), [((0.5, -4.0), "50.0 % within 1.96"), ((), "No figure has a pull")])
 def test_truth_beside_measurement(pulls: tuple[float, ...], words: str) -> None:
     rows = tuple(
-        DemoRow(
-            quantity="read_noise",
-            channel=channel,
-            iso=55.0,
-            method="temporal-variance",
-            flags=("recommended",),
-            recommended=True,
+        Comparison(
+            row=row("read_noise", channel, Measured.normal(1.2504, 0.0012, unit), "recommended", iso=55.0),
             truth=1.25,
-            measured=Measured.normal(1.2504, 0.0012, unit),
             pull=pull,
         )
         for unit in ("DN", "e-")

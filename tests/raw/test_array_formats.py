@@ -33,6 +33,13 @@ def write_pgm(path: Path, mosaic: np.ndarray, *, highest: int = 65535, comment: 
     return path
 
 
+def write_text_pgm(path: Path, mosaic: np.ndarray) -> Path:
+    height, width = mosaic.shape
+    rows = "\n".join(" ".join(map(str, row)) for row in mosaic)
+    path.write_text(f"P2\n# made by a test\n{width} {height}\n65535\n# rows\n{rows}", encoding="ascii")
+    return path
+
+
 @QUICK
 @given(mosaic=MOSAICS)
 def test_every_form_gives_the_mosaic_back(mosaic: np.ndarray, tmp_path: Path) -> None:
@@ -43,6 +50,7 @@ def test_every_form_gives_the_mosaic_back(mosaic: np.ndarray, tmp_path: Path) ->
         write_fits(tmp_path / "real.fits", mosaic.astype(np.float32)),
         write_pgm(tmp_path / "a.pgm", mosaic, comment="# made by a test\n"),
         tmp_path / "a.npy",
+        write_text_pgm(tmp_path / "text.pgm", mosaic),
     ]
     for path in files:
         image = read_raw(path)
@@ -55,6 +63,36 @@ def test_an_image_in_an_extension_is_found(tmp_path: Path) -> None:
     parts = [fits.PrimaryHDU(), fits.ImageHDU(np.zeros((2, 3, 4), np.int16)), fits.ImageHDU(mosaic)]
     fits.HDUList(parts).writeto(tmp_path / "parts.fits")
     np.testing.assert_array_equal(read_raw(tmp_path / "parts.fits").mosaic, mosaic)
+
+
+@pytest.mark.parametrize(("inherit", "exposure_s"), [({}, 3.0), ({"INHERIT": True}, 3.0), ({"INHERIT": False}, None)])
+def test_an_image_in_an_extension_inherits_cards(
+    inherit: dict[str, bool], exposure_s: float | None, tmp_path: Path
+) -> None:
+    primary, image = fits.PrimaryHDU(), fits.ImageHDU(np.arange(12, dtype=np.uint16).reshape(3, 4))
+    primary.header["EXPTIME"], primary.header["EGAIN"], image.header["EGAIN"] = 3.0, 1.0, 0.5
+    image.header.update(inherit)
+    fits.HDUList([primary, image]).writeto(tmp_path / "parts.fits")
+    read = read_raw(tmp_path / "parts.fits")
+    assert (read.header.exposure_s, read.header.level_tags) == (exposure_s, (("EGAIN", (0.5,)),))
+    assert int(read.mosaic.max()) == 11
+
+
+@pytest.mark.parametrize(
+    ("rest", "code"), [("1 2 3", "file-truncated"), ("1 2 3 4 5 x", "file-damaged"), ("1 2 3 4 5 999", "file-damaged")]
+)
+def test_damage_in_a_text_pgm_is_named(rest: str, code: str, tmp_path: Path) -> None:
+    (tmp_path / "a.pgm").write_text(f"P2 3 2 255 {rest}", encoding="ascii")
+    with pytest.raises(UnreadableFileError) as caught:
+        read_raw(tmp_path / "a.pgm")
+    assert caught.value.code == code
+
+
+def test_more_images_in_a_pgm_are_told(tmp_path: Path) -> None:
+    path = write_pgm(tmp_path / "a.pgm", np.arange(12, dtype=np.uint16).reshape(3, 4))
+    assert read_header(path).findings == ()
+    path.write_bytes(2 * path.read_bytes())
+    assert [one.code for one in read_header(path).findings] == ["images-left-out"]
 
 
 def test_cards_say_how_a_frame_was_taken(tmp_path: Path) -> None:

@@ -168,11 +168,13 @@ def _whole_codes(values: NDArray[Any]) -> NDArray[np.uint16]:
 
 def _image(file: BinaryIO, size: int) -> tuple[Any, int, int]:
     """Return the cards of the image that counts, where its numbers begin [byte], and how many others there are."""
-    images = [
-        (len(axes), place, cards, file.tell())
-        for place, (cards, axes) in enumerate(_parts(file, size))
-        if 2 <= len(axes) <= 3 and min(axes) > 0 and _text(cards, "XTENSION") in {None, "IMAGE"}
-    ]
+    images: list[tuple[int, int, Any, int]] = []
+    first: Any = None
+    for place, (cards, axes) in enumerate(_parts(file, size)):
+        if place == 0 and not axes:
+            first = cards
+        if 2 <= len(axes) <= 3 and min(axes) > 0 and _text(cards, "XTENSION") in {None, "IMAGE"}:
+            images.append((len(axes), place, cards, file.tell()))
     if not images:
         raise UnsuitableFileError("processed-rgb", "the FITS file holds no image of two dimensions")
     dimensions, _place, cards, offset = min(images, key=lambda one: one[:2])
@@ -181,7 +183,21 @@ def _image(file: BinaryIO, size: int) -> tuple[Any, int, int]:
             "processed-rgb",
             f"the FITS image has {planes} planes, which may be colours or frames; save one frame a file",
         )
-    return cards, offset, len(images) - 1
+    return _inherited(cards, first), offset, len(images) - 1
+
+
+def _inherited(cards: Any, first: Any) -> Any:  # noqa: ANN401 - astropy has no types
+    """Return an extension's cards, and those of a primary part without an image where it has none of its own.
+
+    An extension whose INHERIT is F takes none.
+    """
+    if first is None or cards.get("INHERIT", True) is False:
+        return cards
+    try:
+        cards.extend(first, strip=True, unique=True)
+    except Exception as error:  # astropy's message is all there is, whatever its class
+        raise UnreadableFileError("file-damaged", f"the FITS header is damaged ({error})") from error
+    return cards
 
 
 def _parts(file: BinaryIO, size: int) -> Iterator[tuple[Any, list[int]]]:

@@ -9,6 +9,7 @@ import pytest
 from fullwell.findings import Severity
 from fullwell.raw.image import Area, Levels, RawHeader
 from fullwell.raw.open import decode, read_header
+from fullwell.raw.segments import Layout
 from fullwell.testing.studies import simulated_study, simulation
 from fullwell.workflow.inspection import inspect_file
 from fullwell.workflow.signs.content import Content, look_at
@@ -56,6 +57,23 @@ def test_left_shifted_codes(study: Path) -> None:
     shifted = seen(study, "flat", lambda x: 16.0 * x, bit_depth=16)
     assert shifted.effective_bits == 12
     assert "code-step" in codes(shifted)
+
+
+def test_bits_beyond_the_white_level_are_not_used(study: Path) -> None:
+    white = read_header(frame(study, "flat")).white_level
+    assert white is not None
+    assert seen(study, "flat", bit_depth=16).effective_bits == int(max(white.values)).bit_length() < 16
+
+
+def test_codes_of_a_linearization_table_are_not_above_the_bit_depth(study: Path) -> None:
+    header = read_header(frame(study, "flat"))
+    assert isinstance(header.layout, Layout)
+    companded = replace(header.layout, table=tuple(range(0, 1024, 4)))
+    found = seen(study, "flat", lambda x: 4.0 * (x // 4), bit_depth=8, layout=companded)
+    assert "codes-above-bit-depth" not in codes(found)
+    assert "code-step" in codes(found)
+    assert found.effective_bits == 8
+    assert "codes-above-bit-depth" in codes(seen(study, "flat", bit_depth=8))
 
 
 def test_red_and_blue_multiplied(study: Path) -> None:

@@ -26,15 +26,17 @@ def code_findings(channels: Sequence[str], uses: Sequence[CodeUse], *, at: str =
     return tuple(finding for find in (_stepped, _scaled, _companded, _missing) for finding in find(named, at))
 
 
-def effective_bits(uses: Iterable[CodeUse], *, bit_depth: int, unused_bits: int | None) -> int | None:
-    """Return the bit depth less what the code step leaves unused; None where nothing tells it.
+def effective_bits(uses: Iterable[CodeUse], *, bit_depth: int, code_bits: int, unused_bits: int | None) -> int | None:
+    """Return the bits of the codes less what the code step leaves unused; None where nothing tells it.
 
     Parameters
     ----------
     uses
         Code use of every channel.
     bit_depth
-        As declared [bit].
+        As declared: more bits are never told apart [bit].
+    code_bits
+        Bits that decoded codes take up to white [bit].
     unused_bits
         Low bits that are zero in every code; None where every code is zero [bit].
 
@@ -44,7 +46,8 @@ def effective_bits(uses: Iterable[CodeUse], *, bit_depth: int, unused_bits: int 
         return None
     finest = min(one.scale for one in every)
     told = all(one.judged for one in every)
-    return bit_depth - max(unused_bits, math.floor(math.log2(finest) + 1e-9) if told and finest >= 1.0 else 0)
+    unused = max(unused_bits, math.floor(math.log2(finest) + 1e-9) if told and finest >= 1.0 else 0)
+    return min(bit_depth, code_bits - unused)
 
 
 def _stepped(named: Sequence[tuple[str, CodeUse]], at: str) -> tuple[Finding, ...]:
@@ -55,7 +58,11 @@ def _stepped(named: Sequence[tuple[str, CodeUse]], at: str) -> tuple[Finding, ..
         multiples = all(use.lowest % step == 0 for _, use in apart)
         what = f"is a multiple of {step}" if multiples else f"lies a multiple of {step} above the lowest"
         bits = math.log2(step)
-        empty = f": the low {bits:g} bits hold nothing" if bits.is_integer() and multiples else ""
+        empty = (
+            f": the low {f'{bits:g} bits hold' if bits > 1 else 'bit holds'} nothing"
+            if bits.is_integer() and multiples
+            else ""
+        )
         message = (
             f"Every code of {_listed(channel for channel, _ in apart)}{at} {what}{empty}. The quantization "
             f"step is {step} DN, not 1: its noise, step/√12, is {step / math.sqrt(12.0):.3g} DN, and K in DN/e- is "

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fullwell.findings import Finding
 from fullwell.raw.cfa import MONO, cell, channels
 from fullwell.raw.image import RawHeader
+from fullwell.raw.segments import Layout
 from fullwell.statistics.codes import CodeUse, code_use
 from fullwell.statistics.isolated_pixels import IsolatedPixels, isolated_pixels
 from fullwell.statistics.mosaic_order import MosaicOrder, Order, mosaic_order
@@ -93,7 +94,7 @@ def look_at(header: RawHeader, data: bytes, mosaic: NDArray[np.uint16]) -> Conte
     masked = masked_area([masked_sums(header, data)], names) if _declares(header.cfa, step) else ()
     together = int(np.bitwise_or.reduce(mosaic, axis=None))
     findings = (
-        *range_findings(names, whole, bit_depth=header.bit_depth),
+        *range_findings(names, whole, bit_depth=_decoded_bits(header)),
         *clipping_findings(names, histograms),
         *white_findings(whites),
         *optical_black_findings(masked, header.black_level),
@@ -105,7 +106,12 @@ def look_at(header: RawHeader, data: bytes, mosaic: NDArray[np.uint16]) -> Conte
         *isolated_findings(isolated, mosaic),
     )
     return Content(
-        effective_bits=effective_bits(uses, bit_depth=header.bit_depth, unused_bits=_unused_bits(together)),
+        effective_bits=effective_bits(
+            uses,
+            bit_depth=header.bit_depth,
+            code_bits=_code_bits(header, histograms),
+            unused_bits=_unused_bits(together),
+        ),
         channels=names,
         histograms=histograms,
         uses=uses,
@@ -121,6 +127,21 @@ def _declared_black(header: RawHeader) -> float | None:
     """Return the lowest declared black level; None where the file does not say, or says 0 [DN]."""
     black = header.black_level
     return min(black.values) if black is not None and black.source != "default" and min(black.values) > 0.0 else None
+
+
+def _decoded_bits(header: RawHeader) -> int:
+    """Return the bits that codes may have once they are decoded, where a LinearizationTable may widen them [bit]."""
+    layout = header.layout
+    table = layout.table if isinstance(layout, Layout) else ()
+    return max(header.bit_depth, max(table, default=0).bit_length())
+
+
+def _code_bits(header: RawHeader, histograms: Sequence[Histogram]) -> int:
+    """Return the bits that the declared white level takes; all of them where codes lie above it [bit]."""
+    bits = _decoded_bits(header)
+    white = 2**bits - 1 if header.white_level is None else int(max(header.white_level.values))
+    highest = max(one.first_code + len(one.counts) - 1 for one in histograms)
+    return bits if highest > white else min(bits, white.bit_length())
 
 
 def _names(cfa: str | None, order: Order) -> tuple[str, ...]:

@@ -339,3 +339,18 @@ def test_a_makers_raw_file_keeps_margins_and_levels(tmp_path: Path, shared_data:
         original.black_level,
         original.white_level,
     )
+
+
+def test_a_powershot_keeps_its_neutral_and_its_colours_in_a_dng(
+    tmp_path: Path, shared_data: Callable[[str], Path]
+) -> None:
+    source = read_header(shared_data("makers/CRW_0101.CRW"))
+    assert source.as_shot_neutral == pytest.approx((1043 / 1690, 1.0, 1043 / 1622))
+    assert source.colour_matrix is not None
+    assert source.colour_matrix.values == pytest.approx(
+        (0.8606, -0.2573, -0.0949, -0.8237, 1.5489, 0.2974, -0.2649, 0.3076, 0.91), abs=1e-6
+    )
+    run(source.path, tmp_path / "a.dng")
+    written = read_header(tmp_path / "a.dng")
+    assert written.as_shot_neutral == pytest.approx(source.as_shot_neutral)
+    assert written.colour_matrix == source.colour_matrix

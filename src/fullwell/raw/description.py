@@ -46,6 +46,10 @@ class Decoded:
         0 where unknown.
     longest_step
         Longest step between codes that the file's tone curve leads to [DN].
+    balance
+        Multipliers that make white grey, by number of colour; 0 where unknown.
+    matrix
+        From XYZ to the camera's R, G and B in daylight, nine numbers; all 0 where LibRaw does not know the camera.
     margins
         Margins of at least 4 rows or columns.
 
@@ -65,6 +69,8 @@ class Decoded:
     iso: float
     exposure_s: float
     longest_step: int
+    balance: tuple[float, ...]
+    matrix: tuple[float, ...]
     margins: tuple[Margin, ...]
 
     @property
@@ -148,7 +154,7 @@ class Description:
 
 def _decoded(plain: Mapping[str, Any]) -> Decoded:
     known: dict[str, Any] = dict(plain)
-    for name in ("pattern", "black", "linear"):
+    for name in ("pattern", "black", "linear", "balance", "matrix"):
         known[name] = tuple(known[name])
     known["visible"] = Area(*known["visible"])
     known["margins"] = tuple(Margin(**(one | {"area": Area(*one["area"])})) for one in known["margins"])

@@ -118,6 +118,8 @@ def _decoded(raw: "rawpy.RawPy") -> Decoded:
         iso=_finite(raw.other.iso_speed),
         exposure_s=_finite(raw.other.shutter_speed),
         longest_step=_longest_step(np.asarray(raw.tone_curve), white),
+        balance=tuple(_finite(factor) for factor in raw.camera_whitebalance),
+        matrix=tuple(float(one) for one in np.nan_to_num(np.asarray(raw.rgb_xyz_matrix)[:3].ravel())),
         margins=tuple(_margins(stored, visible)) if flat else (),
     )
 

@@ -18,7 +18,7 @@ from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileErr
 from fullwell.findings import Finding, Severity
 from fullwell.raw.cfa import BAYER, MONO
 from fullwell.raw.description import Decoded, Description
-from fullwell.raw.image import Area, Levels, RawHeader
+from fullwell.raw.image import D65, Area, ColourMatrix, Levels, RawHeader
 from fullwell.raw.isolation import ask
 from fullwell.raw.maker_coding import Coding, coding_of
 from fullwell.raw.maker_facts import ShotFacts, level_tags, shot_facts, stored_end
@@ -43,6 +43,8 @@ _ORIENTATIONS: Final = {0: 1, 3: 3, 5: 8, 6: 6}
 _DARK_MARGIN: Final = 0.1
 """A margin is masked where it is brighter than the black level by no more than this part of what is visible."""
 _LEAST_MARGIN_DN: Final = 8.0
+_MOST_COLOUR: Final = 100.0
+"""Ratios of white balance and numbers of a colour matrix from which on they are damaged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,6 +141,8 @@ def _header(path: Path, said: Description, decoded: Decoded, *, facts: ShotFacts
         orientation=facts.orientation or _ORIENTATIONS.get(decoded.flip, 1),
         compression=coding.name,
         masked_areas=_masked(decoded) if inside else (),
+        as_shot_neutral=_neutral(decoded),
+        colour_matrix=_colour_matrix(decoded),
         level_tags=(
             ("LibRaw black", black),
             ("LibRaw maximum", (float(decoded.white),)),
@@ -155,6 +159,20 @@ def _order(decoded: Decoded) -> str | None:
         return MONO
     order = "".join(decoded.colours[number] for number in decoded.pattern) if len(decoded.pattern) == 4 else ""
     return order if order in BAYER else None
+
+
+def _neutral(decoded: Decoded) -> tuple[float, ...]:
+    """Return white in the camera's own R, G and B, green 1; empty where LibRaw does not know it."""
+    if _order(decoded) in {None, MONO}:
+        return ()
+    red, green, blue = (decoded.balance[decoded.colours.index(letter)] for letter in "RGB")
+    believable = min(red, green, blue) > 0.0 and max(red, green, blue) < _MOST_COLOUR * min(red, green, blue)
+    return (green / red, 1.0, green / blue) if believable else ()
+
+
+def _colour_matrix(decoded: Decoded) -> ColourMatrix | None:
+    believable = 0.0 < max(map(abs, decoded.matrix), default=0.0) < _MOST_COLOUR
+    return ColourMatrix(decoded.matrix, D65) if believable and len(decoded.matrix) == 9 else None
 
 
 def _refusals(said: Description, decoded: Decoded, coding: Coding) -> Iterator[Finding]:

@@ -4,6 +4,7 @@ import json
 import platform
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,6 +20,16 @@ def line(one: Comparison) -> str:
     value = "-" if one.value is None else f"{one.value:.2f}"
     relation = ">=" if one.at_least else "<="
     return f"{one.name:72} {value:>7} {one.unit:2} {relation} {one.target:<6g} {one.verdict:8} {one.detail}"
+
+
+def table(found: Sequence[Comparison]) -> str:
+    """Return the lines as a table for docs/benchmarks.md."""
+    rows = [
+        f"| {one.name} | {'-' if one.value is None else f'{one.value:.2f}'} {one.unit} "
+        f"| {'at least' if one.at_least else 'at most'} {one.target:g} | {one.detail} |"
+        for one in found
+    ]
+    return "\n".join(["| what | measured | target | behind it |", "|---|---|---|---|", *rows, ""])
 
 
 def main() -> int:
@@ -42,7 +53,8 @@ def main() -> int:
     }
     path = RESULTS / f"{now:%Y%m%dT%H%M%SZ}.json"
     path.write_text(json.dumps(kept, indent=2) + "\n", encoding="utf-8")
-    print(f"kept in {path}")
+    path.with_suffix(".md").write_text(table(found), encoding="utf-8")
+    print(f"kept in {path} and {path.with_suffix('.md').name}")
     return 1 if any(one.verdict == "MISSED" for one in found) else 0
 
 

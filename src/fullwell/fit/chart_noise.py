@@ -185,12 +185,6 @@ def fit_shared_noise(observations: Observations, *, channels: int) -> SharedMode
     )
 
 
-def residuals_of(observations: Observations, fit: ChartFit) -> NDArray[np.float64]:
-    """Return what the model gives for observations, used in the fit or not, shape (N,) [DN^2]."""
-    group = np.zeros(observations.signal_dn.size, np.int64)
-    return _design(observations, group, has_bursts=fit.has_bursts) @ fit.coefficients
-
-
 def _design(observations: Observations, group: NDArray[np.int64], *, has_bursts: bool) -> NDArray[np.float64]:
     """Return the columns A, B, C of each group (, E), shape (N, 3 or more)."""
     share = np.where(observations.temporal, 1.0, 1.0 / observations.frames)

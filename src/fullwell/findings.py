@@ -1,6 +1,6 @@
 """What is to be said about the data: findings stand first in every report."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -39,6 +39,11 @@ class Finding:
     severity: Severity
     message: str
     files: tuple[str, ...] = ()
+
+
+def worst_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings in the order of every document: by severity, then by code."""
+    return tuple(sorted(findings, key=lambda one: (one.severity.rank, one.code)))
 
 
 def listed(names: Sequence[str], *, most: int = 6) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import replaced_folder
-from fullwell.findings import Finding
+from fullwell.findings import worst_first
 from fullwell.frames.series import Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
@@ -219,13 +219,9 @@ def _results(
     return Results(
         study=describe(study, settings=settings, hashes=hashes, excluded=excluded),
         rows=section.rows,
-        findings=tuple(sorted(findings, key=_finding_order)),
+        findings=worst_first(findings),
         curves=section.curves,
     )
-
-
-def _finding_order(finding: Finding) -> tuple[int, str]:
-    return (finding.severity.rank, finding.code)
 
 
 def _settings(options: Options, tile: int) -> Mapping[str, object]:

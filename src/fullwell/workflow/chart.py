@@ -9,7 +9,7 @@ from pathlib import Path
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results, Row
 from fullwell.files import replaced_folder
-from fullwell.findings import Finding
+from fullwell.findings import Finding, worst_first
 from fullwell.fit.black_level import Evidence
 from fullwell.frames.images import load_images
 from fullwell.frames.series import Frame, Kind, Series, Study
@@ -105,7 +105,7 @@ def chart(
     results = Results(
         study=_describe(study, options, asked, outcome),
         rows=outcome.section.rows,
-        findings=tuple(sorted((*study.findings, *findings, *outcome.section.findings), key=_order)),
+        findings=worst_first((*study.findings, *findings, *outcome.section.findings)),
         curves=outcome.section.curves,
         run=run_facts(study=study.root, out=out, options=options, started=started),
     )
@@ -189,10 +189,6 @@ def measure_chart_folders(
             measurements.append(measurement)
             sections.append(_beside(measurement.section, rows))
     return ChartOutcome(section=joined(sections), readings=tuple(readings), measurements=tuple(measurements))
-
-
-def _order(finding: Finding) -> tuple[int, str]:
-    return (finding.severity.rank, finding.code)
 
 
 def pictures_of(study: Study, outcome: ChartOutcome) -> tuple[ChartPicture, ...]:

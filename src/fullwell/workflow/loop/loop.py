@@ -11,6 +11,7 @@ from typing import Final
 from fullwell.figures.calibration import Calibration
 from fullwell.figures.results import Results
 from fullwell.files import replaced_folder
+from fullwell.findings import worst_first
 from fullwell.report.document import plain
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.executor import Progress
@@ -154,7 +155,6 @@ def _outcome(source: Source, design: Design, first: Turn, tally: Tally) -> tuple
     records = figure_records(first.compared, originals_of(source), found)
     said = loop_findings(source, design, first.compared, found, cameras=tally.turns)
     measured = first.measurement.results
-    findings = sorted((*said, *measured.findings), key=lambda one: (one.severity.rank, one.code))
     curves = (*loop_curves(records, first, tally, source, design.config), *measured.curves)
     outcome = LoopOutcome(
         source=source,
@@ -162,7 +162,7 @@ def _outcome(source: Source, design: Design, first: Turn, tally: Tally) -> tuple
         cameras=tally.turns,
         compared=first.compared,
         found=found,
-        results=replace(measured, findings=tuple(findings), curves=curves),
+        results=replace(measured, findings=worst_first((*said, *measured.findings)), curves=curves),
     )
     return outcome, records
 

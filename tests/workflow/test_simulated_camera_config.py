@@ -16,7 +16,7 @@ from fullwell.workflow.chart import ChartOptions, chart
 from fullwell.workflow.chart_patches import WhereAbouts
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
 from fullwell.workflow.options import Options
-from fullwell.workflow.simulated_camera import config_from_models, config_from_results
+from fullwell.workflow.simulated_camera import camera_from_models, camera_from_results
 
 STUDY = {
     "isos": [100, 400],
@@ -31,7 +31,7 @@ def test_a_measured_study_becomes_its_camera_and_its_design(tmp_path: Path) -> N
     truth = simulation(study=STUDY, lens=lens)
     characterize(simulated_study(tmp_path / "study", truth).root, tmp_path / "out", options=Options(workers=1))
     document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
-    config = config_from_results(document)
+    config = camera_from_results(document).config
     assert sorted(taken(config)) == sorted(taken(truth))
     n = 192 * 128
     for iso in (100, 400):
@@ -43,7 +43,7 @@ def test_a_measured_study_becomes_its_camera_and_its_design(tmp_path: Path) -> N
     assert config.sensor.response == pytest.approx(truth.sensor.response, rel=5.0 / math.sqrt(3 * 800.0 * n / 4) * 4.0)
     assert (config.sensor.width, config.sensor.height, config.sensor.cfa) == (192, 128, "BGGR")
     assert parse_config(config_text(config.table), name="again", folder=Path()) == config
-    shaded = config_from_results(document, folder=tmp_path / "out")
+    shaded = camera_from_results(document, folder=tmp_path / "out").config
     lens = shaded.lens.map_for(shaded.sensor)
     green = lens[1::2, 0::2]
     expected = truth.lens.map_for(truth.sensor)[1::2, 0::2]
@@ -76,7 +76,7 @@ def test_a_measured_chart_becomes_its_patches_and_their_light(tmp_path: Path) ->
     asked = ChartOptions(where=WhereAbouts(patches=(patches,)))
     images = sorted(patches.parent.glob("*.dng"))
     chart(images, tmp_path / "out", options=Options(workers=1), asked=asked)
-    config = config_from_results(json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8")))
+    config = camera_from_results(json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))).config
     assert sorted(taken(config)) == sorted(taken(truth))
     seen = config.chart
     assert seen is not None
@@ -124,7 +124,7 @@ def test_a_chart_that_is_named_is_found_where_it_was_put(tmp_path: Path) -> None
 
 def test_published_coefficients_and_figures_of_emva_become_cameras() -> None:
     a6000 = StatedFigures(k_dark=1.672e-4, k_shot=5.554e-3, k_fpn=5.477e-3, digital_maximum=16383.0, black=511.0)
-    made = config_from_models(models_of_figures(a6000))
+    made = camera_from_models(models_of_figures(a6000))
     sensor = made.config.sensor
     gain = 16383.0 * 5.554e-3**2
     assert sensor.system_gain == pytest.approx(gain, rel=1e-12)
@@ -134,19 +134,19 @@ def test_published_coefficients_and_figures_of_emva_become_cameras() -> None:
     assert len(plan(made.config)) == 2 * 4
     assert any("DSNU is not known" in one for one in made.said)
     emva = StatedFigures(system_gain=0.425, read_noise=2.36, dsnu=0.703, prnu=0.687, digital_maximum=4095.0)
-    sony = config_from_models(models_of_figures(emva), design="study")
+    sony = camera_from_models(models_of_figures(emva), design="study")
     assert (sony.config.sensor.dsnu, sony.config.sensor.read_noise) == pytest.approx((0.703, 2.36), rel=1e-12)
     assert any("black level is not known" in one for one in sony.said)
     profile = StatedFigures(noise_profile=((3.3e-5, 9.2e-8),), white=15000.0, black=2048.0)
-    phone = config_from_models(models_of_figures(profile)).config.sensor
+    phone = camera_from_models(models_of_figures(profile)).config.sensor
     assert phone.system_gain == pytest.approx(3.3e-5 * (15000.0 - 2048.0), rel=1e-12)
     with pytest.raises(UsageError, match="no design"):
-        config_from_models(models_of_figures(a6000), design="film")
+        camera_from_models(models_of_figures(a6000), design="film")
 
 
 def test_results_without_a_system_gain_are_refused() -> None:
     with pytest.raises(UsageError, match="no results document"):
-        config_from_results({"schema": "something"})
+        camera_from_results({"schema": "something"})
     study = {"width": 64, "height": 64, "cfa": "mono", "bit_depth": 12}
     with pytest.raises(UsageError, match="no system gain"):
-        config_from_results({"schema": "fullwell-results/1", "study": study, "results": [], "curves": {}})
+        camera_from_results({"schema": "fullwell-results/1", "study": study, "results": [], "curves": {}})

@@ -23,8 +23,8 @@ from fullwell.errors import FullwellError, UsageError
 from fullwell.files import holds_document
 from fullwell.findings import Severity
 from fullwell.frames.manifest import MANIFEST_NAME
+from fullwell.report.document import DOCUMENT
 from fullwell.report.document import SCHEMA as RESULTS_SCHEMA
-from fullwell.report.write import DOCUMENT
 from fullwell.workflow.cache.opening import cache_beside
 from fullwell.workflow.characterize import characterize
 from fullwell.workflow.cluster import connected

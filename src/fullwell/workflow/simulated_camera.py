@@ -1,6 +1,6 @@
 """A camera that somebody measured or published becomes a config of the simulator, with the design it was measured in.
 
-`config_from_results` takes a results document: its sensor, its levels of light, its frames. `config_from_models` takes
+`camera_from_results` takes a results document: its sensor, its levels of light, its frames. `camera_from_models` takes
 noise models however they were stated (k's, EMVA 1288's figures, DNG NoiseProfile); a chart or a study is then made up
 around them. What the results could not tell is left at what disturbs least, and `SimulatedCamera.said` says so.
 """
@@ -43,10 +43,10 @@ class SimulatedCamera:
     said: tuple[str, ...] = ()
 
 
-def config_from_results(
+def camera_from_results(
     document: Mapping[str, object], *, seed: int = 1, folder: Path | None = None
-) -> SimulationConfig:
-    """Return the camera and the design of a results document as a config.
+) -> SimulatedCamera:
+    """Return the camera and the design of a results document.
 
     Parameters
     ----------
@@ -63,13 +63,6 @@ def config_from_results(
         Where the results hold no system gain, or no frames that could be simulated.
 
     """
-    return camera_from_results(document, seed=seed, folder=folder).config
-
-
-def camera_from_results(
-    document: Mapping[str, object], *, seed: int = 1, folder: Path | None = None
-) -> SimulatedCamera:
-    """Return what `config_from_results` returns, with what was assumed."""
     figures = Figures.of(document)
     isos = figures.isos or (None,)
     said: list[str] = []
@@ -108,7 +101,7 @@ def camera_from_results(
     return SimulatedCamera(config=config, said=tuple(said))
 
 
-def config_from_models(models: Sequence[GivenModel], *, design: str = "chart", seed: int = 1) -> SimulatedCamera:
+def camera_from_models(models: Sequence[GivenModel], *, design: str = "chart", seed: int = 1) -> SimulatedCamera:
     """Return a noise model that somebody stated as a camera.
 
     Parameters

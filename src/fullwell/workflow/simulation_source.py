@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Final, cast
 
 from fullwell.errors import UsageError
-from fullwell.report.write import DOCUMENT
+from fullwell.report.document import DOCUMENT
 from fullwell.simulate.config import read_config, shipped_config
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
 from fullwell.workflow.model_files import models_of_file
-from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_results, config_from_models
+from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_models, camera_from_results
 
 _PROFILE: Final = "noise_profile"
 
@@ -83,11 +83,11 @@ def source_from(text: str, *, design: str | None = None) -> SimulatedCamera:
 
     """
     if "=" in text and not Path(text).exists():
-        return config_from_models(models_of_figures(_stated(text)), design=design or "chart")
+        return camera_from_models(models_of_figures(_stated(text)), design=design or "chart")
     path = Path(text)
     document = _results(path / DOCUMENT if path.is_dir() else path)
     if document is None:
-        return config_from_models(models_of_file(path), design=design or "chart")
+        return camera_from_models(models_of_file(path), design=design or "chart")
     if design is not None:
         raise UsageError(f"--design {design}: results have a design of their own; leave it out.")
     return camera_from_results(document, folder=path if path.is_dir() else path.parent)

@@ -13,7 +13,7 @@ from fullwell.report.document import DOCUMENT
 from fullwell.report.reading import read_results
 from fullwell.simulate.config import CAMERAS, SimulationConfig, parse_config, shipped_config
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
-from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_results, config_from_models
+from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_models, camera_from_results
 
 FIGURES: Final = "figures"
 """Table of a TOML file that states a noise model instead of a camera."""
@@ -118,4 +118,4 @@ def _stated(path: Path, document: Mapping[str, object]) -> SimulatedCamera:
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**63:
         raise UsageError(f"{path}: seed = {seed} cannot be used; allowed: a whole number from 0 to 2^63 - 1.")
     models = models_of_figures(replace(StatedFigures(), **numbers))  # pyright: ignore[reportArgumentType]
-    return config_from_models(models, design=str(document.get(DESIGN, "chart")), seed=seed)
+    return camera_from_models(models, design=str(document.get(DESIGN, "chart")), seed=seed)

@@ -18,6 +18,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
@@ -38,6 +39,8 @@ PIXELS: Final = -1.0
 
 _FEW_DECADES: Final = 50.0
 """Ratio of ends up to which a logarithmic axis is labelled at 1, 2 and 5."""
+
+_SVG_DPI: Final = 72
 
 _SVG_WORDS: Final = re.compile(rb"<!--.*?-->|<metadata>.*?</metadata>|(?<=>)\s+(?=<)", re.DOTALL)
 """What a viewer of an SVG does not need: comments, metadata, blanks between tags."""
@@ -268,10 +271,16 @@ def picture_of(drawing: bytes, *, alt: str, caption: str) -> Picture:
 
 
 def svg_of(figure: Figure) -> bytes:
-    """Return a drawing as SVG, the same bytes for the same drawing."""
+    """Return a drawing as SVG, the same bytes for the same drawing.
+
+    It is laid out at the resolution of SVG, at which texts are measured once then, and printed without `savefig`, which
+    draws everything a first time for nothing.
+    """
+    figure.set_dpi(_SVG_DPI)
     _settle(figure)
+    figure.set_dpi(140)
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", dpi=140, metadata={"Date": None, "Creator": None})
+    FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
     return _SVG_WORDS.sub(b"", buffer.getvalue())
 
 

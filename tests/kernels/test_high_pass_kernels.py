@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from fullwell.kernels import high_pass, high_pass_reference
-from fullwell.statistics.high_pass import LINE_SPREAD, LINE_VARIANCE_GAIN, PIXEL_SPREAD, VARIANCE_GAIN, filtered
+from fullwell.statistics.high_pass import (
+    LINE_SPREAD,
+    LINE_VARIANCE_GAIN,
+    PIXEL_SPREAD,
+    VARIANCE_GAIN,
+    filtered,
+    filtered_covariance,
+)
 
 
 @pytest.mark.parametrize("shape", [(20, 20), (37, 64), (150, 31)])
@@ -25,6 +32,32 @@ def test_pair_sums_equal_their_twin():
     high_pass.pair_sums(first, second, fast)
     high_pass_reference.pair_sums(first, second, slow)
     assert fast.tolist() == slow.tolist()
+
+
+@pytest.mark.parametrize(
+    ("lowest", "shape"), [(0, (20, 20)), (42_000, (37, 64)), (65_535 - high_pass.WIDEST_RANGE, (50, 31))]
+)
+def test_filtered_products_are_exact_up_to_their_range(lowest, shape):
+    rng = np.random.default_rng(4)
+    first = (lowest + high_pass.WIDEST_RANGE * rng.integers(0, 2, shape)).astype(np.uint16)
+    second = (lowest + rng.integers(0, high_pass.WIDEST_RANGE + 1, shape)).astype(np.uint16)
+    a, b = np.empty((2, shape[0] - 18, shape[1] - 18))
+    high_pass_reference.high_pass(first, a)
+    high_pass_reference.high_pass(second, b)
+    a, b = np.rint(a * 308**2), np.rint(b * 308**2)
+    products, sums = np.zeros(a.shape[1]), np.zeros((2, a.shape[1]))
+    high_pass.add_filtered_products(first, second, products, sums)
+    assert sums.tolist() == [a.sum(axis=0).tolist(), b.sum(axis=0).tolist()]
+    assert products == pytest.approx((a * b).sum(axis=0), rel=1e-12, abs=1e-12 * (a**2).sum())
+
+
+def test_codes_of_any_range_have_their_covariance():
+    rng = np.random.default_rng(5)
+    for span in (high_pass.WIDEST_RANGE, 65_535):
+        first, second = (span * rng.integers(0, 2, (2, 160, 40))).astype(np.uint16)
+        a, b = filtered(first.astype(float)), filtered(second.astype(float))
+        expected = (a * b).mean() - a.mean() * b.mean()
+        assert filtered_covariance(first, second) == pytest.approx(expected, rel=1e-9)
 
 
 def test_e6a_impulse():

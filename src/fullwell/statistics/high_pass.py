@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.high_pass import REACH, add_products, high_pass
+from fullwell.kernels.high_pass import REACH, WIDEST_RANGE, add_filtered_products, add_products, high_pass
 
 SMALLEST_PLANE: Final = 2 * REACH + 2
 """Rows and columns that a plane needs at least, so that some are left [pixel]."""
@@ -60,6 +60,21 @@ def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16]) -
         Signed: half of the estimates lie below zero where there is no fixed pattern [DN^2].
 
     """
+    n = (first.shape[0] - 2 * REACH) * (first.shape[1] - 2 * REACH)
+    spans = [int(frame.max()) - int(frame.min()) for frame in (first, second)]
+    if max(spans) <= WIDEST_RANGE:
+        products, sums = np.zeros(first.shape[1] - 2 * REACH), np.zeros((2, first.shape[1] - 2 * REACH))
+        add_filtered_products(first, second, products, sums)
+        scale = 308.0**2
+    else:
+        products, sums = _products(first, second)
+        scale = 1.0
+    mean_a, mean_b = sums.sum(axis=1) / n
+    return float(products.sum() / n - mean_a * mean_b) / scale**2
+
+
+def _products(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return, of each column of two filtered frames, the sum of the products and the sums of both."""
     rows, columns = (side - 2 * REACH for side in first.shape)
     buffers = np.empty((2, min(_BAND, rows), columns))
     products, sums = np.zeros(columns), np.zeros((2, columns))
@@ -69,6 +84,4 @@ def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16]) -
         high_pass(first[top : bottom + 2 * REACH], a)
         high_pass(second[top : bottom + 2 * REACH], b)
         add_products(a, b, products, sums)
-    n = rows * columns
-    mean_a, mean_b = sums.sum(axis=1) / n
-    return float(products.sum() / n - mean_a * mean_b)
+    return products, sums

@@ -88,7 +88,7 @@ def _fails_without_a_trace(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_rows: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(demo, "compared", fail)
+    monkeypatch.setattr(demo, "_comparison", fail)
     with pytest.raises(KeyboardInterrupt):
         demo.run_demo(out, full=True, workers=2)
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before

@@ -78,7 +78,8 @@ def _results(path: Path) -> Source:
     """Read a results document; its folder stands for it."""
     results = read_results(path)
     file = path / DOCUMENT if path.is_dir() else path
-    made = camera_from_results(cast("Mapping[str, object]", json.loads(file.read_text(encoding="utf-8"))))
+    document = cast("Mapping[str, object]", json.loads(file.read_text(encoding="utf-8")))
+    made = camera_from_results(document, folder=file.parent)
     return Source(
         name=str(path), kind="results", config=made.config, rows=results.rows, curves=results.curves, said=made.said
     )

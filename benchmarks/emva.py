@@ -45,7 +45,7 @@ def against_package(folder: Path) -> list[Comparison]:
         descriptor = _write(root, ending)
         theirs = _run([python, "-c", _PACKAGE, str(descriptor), str(root / "results.xml")])
         script = [sys.executable, "-m", "fullwell", "characterize", str(descriptor), "-o", str(root / "out")]
-        options = ["--profile", "emva1288-4.0-linear", "--quiet"]
+        options = ["--profile", "emva1288-4.0-linear", "--quiet", "--no-cache"]
         _run([*script, *options])
         ours = _run([*script, *options])
         detail = f"{theirs[0]:.1f} s against {ours[0]:.1f} s"

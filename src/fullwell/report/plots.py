@@ -41,6 +41,8 @@ _FEW_DECADES: Final = 50.0
 """Ratio of ends up to which a logarithmic axis is labelled at 1, 2 and 5."""
 
 _SVG_DPI: Final = 72
+_PAD_IN: Final = 3.0 / 72.0
+"""What is left empty around a figure of one panel [inch]."""
 
 _SVG_WORDS: Final = re.compile(rb"<!--.*?-->|<metadata>.*?</metadata>|(?<=>)\s+(?=<)", re.DOTALL)
 """What a viewer of an SVG does not need: comments, metadata, blanks between tags."""
@@ -305,6 +307,26 @@ def pixel_picture(figure: Figure, *, alt: str, caption: str, colors: int = 128) 
 def _settle(figure: Figure) -> None:
     """Lay the figure out once: saving would otherwise draw everything a second time for it."""
     engine = figure.get_layout_engine()
-    if engine is not None:
+    if engine is None:
+        return
+    figure.set_layout_engine("none")
+    if len(figure.axes) == 1 and not figure.legends:
+        _settle_one(figure, figure.axes[0])
+    else:
         engine.execute(figure)
-        figure.set_layout_engine("none")
+
+
+def _settle_one(figure: Figure, axes: Axes) -> None:
+    """Lay out the only panel of a figure, whose texts are measured once for it, not twice as by the layout of several.
+
+    It is measured at about the size it will have: what surrounds it depends little on that.
+    """
+    axes.set_position((0.08, 0.12, 0.9, 0.8))
+    outer, inner = axes.get_tightbbox(for_layout_only=True), axes.get_window_extent()
+    if outer is None:
+        return
+    width, height = figure.bbox.width, figure.bbox.height
+    pad = _PAD_IN * figure.dpi
+    left, bottom = (inner.x0 - outer.x0 + pad) / width, (inner.y0 - outer.y0 + pad) / height
+    right, top = (outer.x1 - inner.x1 + pad) / width, (outer.y1 - inner.y1 + pad) / height
+    axes.set_position((left, bottom, 1.0 - left - right, 1.0 - bottom - top))

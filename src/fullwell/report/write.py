@@ -1,6 +1,7 @@
 """The results folder: written beside its target and renamed into place, or not at all."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
@@ -9,6 +10,7 @@ from fullwell.figures.results import Results
 from fullwell.files import holds_document, replaced_folder
 from fullwell.findings import listed
 from fullwell.report.datasheet.build import build_datasheet
+from fullwell.report.datasheet.contents import Datasheet
 from fullwell.report.document import DOCUMENT, SCHEMA, results_json
 from fullwell.report.emva_xml import FOLDER, reference_files
 from fullwell.report.html import report_html
@@ -104,15 +106,23 @@ def write_files(results: Results, folder: Path, *, pictures: Pictures | None = N
     package.
     """
     datasheet = build_datasheet(results)
-    (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
-    (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
-    write_parquet(results.rows, folder / "results.parquet")
-    page = report_html(results, pictures, datasheet=datasheet)
-    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+    with ThreadPoolExecutor(1) as beside:
+        printed = None if datasheet is None else beside.submit(_printed, datasheet)
+        (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
+        (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
+        write_parquet(results.rows, folder / "results.parquet")
+        page = report_html(results, pictures, datasheet=datasheet)
+        (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+        if printed is not None:
+            (folder / "report.pdf").write_bytes(printed.result())
     if datasheet is not None:
-        from fullwell.report.datasheet.pdf import datasheet_pdf  # noqa: PLC0415 - Typst loads for a datasheet alone
-
-        (folder / "report.pdf").write_bytes(datasheet_pdf(datasheet))
         (folder / FOLDER).mkdir()
         for name, text in reference_files(results):
             (folder / FOLDER / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def _printed(datasheet: Datasheet) -> bytes:
+    """Return report.pdf: Typst works beside Python, which makes the page meanwhile."""
+    from fullwell.report.datasheet.pdf import datasheet_pdf  # noqa: PLC0415 - Typst loads for a datasheet alone
+
+    return datasheet_pdf(datasheet)

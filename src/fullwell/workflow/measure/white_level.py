@@ -59,11 +59,13 @@ def measure_white(study: Study, bursts: IsoBursts, index: int) -> WhiteLevel:
     channel = bursts.channels[index]
     planes = [burst.plane(channel) for burst in bursts.flats or bursts.unlit]
     seen = max(int(plane.tiles.highest.max()) for plane in planes)
+    histograms = [plane.histogram for plane in planes]
     return WhiteLevel(
         channel=channel,
         declared=declared_white(study, index),
         seen=seen,
-        piles_up=any(_top_code(plane.histogram) == seen and pile_up(plane.histogram) for plane in planes),
+        piles_up=any(_top_code(one) == seen and pile_up(one) for one in histograms)
+        or (bool(bursts.flats) and _all_at_top(histograms, seen=seen)),
         n=sum(plane.n * plane.frames for plane in planes),
     )
 
@@ -94,6 +96,12 @@ def white_rows(study: Study, bursts: IsoBursts, white: WhiteLevel) -> tuple[Row,
         recommended=not white.trusted,
     )
     return (seen, declared)
+
+
+def _all_at_top(histograms: Sequence[Histogram], *, seen: int) -> bool:
+    """Tell whether some flats hold the highest code alone while dimmer ones scatter: more light never scatters less."""
+    alone = any(len(one.counts) == 1 and one.first_code == seen for one in histograms)
+    return alone and any(len(one.counts) > 1 and _top_code(one) < seen for one in histograms)
 
 
 def _top_code(histogram: Histogram) -> int:

@@ -191,28 +191,39 @@ def test_e11_histogram(top, width, bins):
         assert found.centres[[0, 1, 173]].tolist() == [0.25, 1.0, 130.0]
 
 
-def test_e12_saturation_is_interpolated_in_z():
-    z = np.array([4.0, 3.2, 2.4, 1.0])
-    fractions = np.array([3.167124e-05, 6.871379e-04, 8.197536e-03, 0.1586553])
-    means = np.array([3700.0, 3800.0, 3900.0, 4000.0])
-    sweep = Sweep(
+def saturating(fractions: np.ndarray, means: np.ndarray) -> Sweep:
+    return Sweep(
         n=10**6,
         exposure_s=means / 1e6,
         photons=means * 4,
         mean=means,
-        dark_mean=np.full(4, 60.0),
-        variance=np.full(4, 1500.0),
-        dark_variance=np.ones(4),
-        mean_difference=np.zeros(4),
-        spatial_variance=np.zeros(4),
+        dark_mean=np.full(means.size, 60.0),
+        variance=np.full(means.size, 1500.0),
+        dark_variance=np.ones(means.size),
+        mean_difference=np.zeros(means.size),
+        spatial_variance=np.zeros(means.size),
         top_fraction=fractions,
-        dark_measured=np.ones(4, np.bool_),
+        dark_measured=np.ones(means.size, np.bool_),
     )
+
+
+def test_e12_saturation_is_interpolated_in_z():
+    z = np.array([4.0, 3.2, 2.4, 1.0])
+    fractions = np.array([3.167124e-05, 6.871379e-04, 8.197536e-03, 0.1586553])
+    sweep = saturating(fractions, np.array([3700.0, 3800.0, 3900.0, 4000.0]))
     found = find_saturation(sweep, top_code=4095.0, values_per_step=np.full(4, 2e6))
     share = (z[1] - 2.967737925) / (z[1] - z[2])
     assert (found.mode, found.bracket) == ("interpolated", (1, 2))
     assert found.mean == close(3800 + 100 * share, rel=1e-7)
     assert found.exposure == close(4 * found.mean)
+
+
+@pytest.mark.parametrize("upper", [3970.0, 4095.0])
+def test_saturation_that_the_noise_tells_lies_in_its_bracket(upper: float) -> None:
+    sweep = saturating(np.array([0.0, 0.0, 1.0]), np.array([3700.0, 3800.0, upper]))
+    found = find_saturation(sweep, top_code=4095.0, values_per_step=np.full(3, 2e6))
+    assert (found.mode, found.bracket) == ("bracketed", (1, 2))
+    assert found.mean == close(min(upper, 4094.5 - 2.967737925 * math.sqrt(1 + 1499 * found.signal / 3740)), rel=1e-6)
 
 
 def test_e13_spline():

@@ -138,7 +138,8 @@ def _between(sweep: Sweep, lower: int, upper: int, *, share: float, width: float
 def _by_noise(sweep: Sweep, lower: int, upper: int, *, top_code: float) -> Saturation:
     """Return the place where the noise seen below would put the aimed fraction at the highest code.
 
-    Shot noise grows with the signal, so the noise there is a little more than at the step below.
+    Shot noise grows with the signal, so the noise there is a little more than at the step below. The place lies
+    between the steps, whatever the noise says.
     """
     spatial = max(0.0, float(np.nan_to_num(sweep.spatial_variance[lower])))
     dark = max(0.0, float(sweep.dark_variance[lower]))
@@ -149,6 +150,7 @@ def _by_noise(sweep: Sweep, lower: int, upper: int, *, top_code: float) -> Satur
     for _ in range(50):
         noise = math.sqrt(dark + max(total - dark, 0.0) * place / signal)
         place = top_code - 0.5 - _Z_AIM * noise - dark_mean
+    place = min(max(place, signal), float(sweep.mean[upper]) - dark_mean)
     stretch = place / signal
     exposure = None if sweep.exposure is None else float(sweep.exposure[lower]) * stretch
     half = 0.5 * abs(float(sweep.signal[upper]) - signal) / np.sqrt(3.0)

@@ -104,7 +104,7 @@ def test_close_exposures_stay_apart(write: Write) -> None:
         ("b 10000000 950,5", "b 1e7ns 950", 4, 'the exposure "1e7ns"'),
         ("b 10000000 950,5", "b 10000000 -5", 4, "number of photons"),
         ("b 10000000 950,5", "b 10000000 1901", 7, "stands in line 4"),
-        ("b 10000000 950,5\ni img\\s00_a.png\n", "b 10000000 950,5\n", 4, "1 images follow"),
+        ("b 10000000 950,5\ni img\\s00_a.png\n", "b 10000000 950,5\n", 4, "only one image follows"),
         ("b 10000000 950,5\n", "v 4.1\n", 5, "must follow"),
         ("i img\\s00_a.png", "i my img\\s00_a.png", 5, "blanks in paths"),
         ("i img\\s00_a.png", "i img\\s00_b.png", 6, "listed twice"),
@@ -160,6 +160,12 @@ def test_other_files_are_no_descriptors(tmp_path: Path) -> None:
     (tmp_path / "d.txt").write_text("v 4.0\n")
     with pytest.raises(UsageError, match="names no images"):
         parse_descriptor(tmp_path / "d.txt")
+
+
+def test_a_byte_order_mark_is_passed_over(write: Write) -> None:
+    path = write("\ufeff" + EXAMPLE.lstrip())
+    assert is_descriptor(path)
+    assert len(parse_descriptor(path).blocks) == len(parse_descriptor(write(EXAMPLE)).blocks)
 
 
 def test_what_is_written_is_read_again(write: Write, tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ class Descriptor:
 def is_descriptor(path: Path) -> bool:
     """Tell whether a file reads like a descriptor: its first line with a content is one of its kinds."""
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             text = file.read(4096)
     except (OSError, UnicodeDecodeError):
         return False
@@ -191,9 +191,8 @@ class _Parser:
         seen: dict[tuple[bool, float, float], int] = {}
         for block in self._blocks:
             if len(block.images) < 2:
-                self._refuse(
-                    block.line, f"{len(block.images)} images follow; a block has two (a pair) or more (a stack)"
-                )
+                count = "only one image follows" if block.images else "no image follows"
+                self._refuse(block.line, f"{count}; a block has two (a pair) or more (a stack)")
             first = seen.setdefault((block.stack, block.exposure_ns, block.photons), block.line)
             if first != block.line:
                 what = f"{'stack' if block.stack else 'pair'} at {block.exposure_ns:g} ns and {block.photons:g} photons"

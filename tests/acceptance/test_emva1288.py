@@ -77,9 +77,8 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def measured(campaign: Path, characterize: Callable, tmp_path_factory: pytest.TempPathFactory) -> dict:
-    status, document = characterize(
-        campaign, tmp_path_factory.mktemp("measured") / "out", "--profile", f"{LINEAR},{PACKAGE}"
-    )
+    out = tmp_path_factory.mktemp("measured") / "out"
+    status, document = characterize(campaign, out, "--profile", LINEAR, "--profile", PACKAGE)
     assert status == 0
     return document
 

@@ -81,13 +81,13 @@ LegacyBlack = Annotated[
         help="Black level in the tables of the published study: kept, as published, or subtracted first.",
     ),
 ]
-Profile = Annotated[
-    str | None,
+Profiles = Annotated[
+    list[str] | None,
     typer.Option(
         "--profile",
         metavar="ID",
-        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, emva1288-py-1.0 for the figures of that package, or both "
-        "with a comma between them.",
+        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, emva1288-py-1.0 for the figures of that package, or both, "
+        "with a comma between them or with the option twice.",
     ),
 ]
 Workers = Annotated[

@@ -20,7 +20,7 @@ from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_vol
 from fullwell.workflow.measure.pattern_maps import IsoMaps, make_maps
 from fullwell.workflow.measure.pattern_tiles import measure_pattern_tiles
 from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
-from fullwell.workflow.measure.processing import code_steps, code_uses, measure_processing
+from fullwell.workflow.measure.processing import Processing, code_steps, code_uses, measure_processing
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.second_reading import read_again
 from fullwell.workflow.measure.section import RECOMMENDED, Section, joined
@@ -73,15 +73,17 @@ def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequ
 
     """
     with one_algebra_thread():
-        measurement, whites = _measured(study, bursts, workers)
+        measurement, whites, processing = _measured(study, bursts, workers)
         if not profiles:
             return measurement
         own, emva = measurement.section, measure_emva(study, bursts, whites, profiles=profiles)
-        marked = replace(emva, rows=with_recommendations(own.rows, emva.rows))
+        marked = replace(emva, rows=processing.marked(with_recommendations(own.rows, emva.rows)))
         return replace(measurement, section=joined((own, marked)))
 
 
-def _measured(study: Study, bursts: IsoBursts, workers: int) -> tuple[IsoMeasurement, tuple[WhiteLevel, ...]]:
+def _measured(
+    study: Study, bursts: IsoBursts, workers: int
+) -> tuple[IsoMeasurement, tuple[WhiteLevel, ...], Processing]:
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     bursts, unlit_findings = usable_unlit(bursts, whites)
     uses = code_uses(bursts)
@@ -128,4 +130,4 @@ def _measured(study: Study, bursts: IsoBursts, workers: int) -> tuple[IsoMeasure
     measurement = IsoMeasurement(
         bursts=bursts, levels=levels, section=section, patterns=patterns, maps=maps, shadings=shadings
     )
-    return measurement, whites
+    return measurement, whites, processing

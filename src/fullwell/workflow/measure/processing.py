@@ -43,6 +43,14 @@ _TOUCHED: Final = (
     "dynamic_range",
     "saturation_capacity",
     "total_dark_noise",
+    "dark_noise",
+    "dark_current_from_variance",
+    "conversion_factor",
+    "quantum_efficiency",
+    "photon_transfer_offset",
+    "sensitivity_threshold",
+    "inverse_snr_max",
+    "stack_",
 )
 
 

@@ -94,8 +94,9 @@ def _thresholds(writer: ChannelWriter, fits: LinearFits, marks: _Marks, *, area_
     noise_flags = (*marks.noise, *marks.gain)
     for snr in SNR_THRESHOLDS:
         function = _threshold(snr)
-        electrons = derived(function, fits.dark_variance, gain, unit="e-")
+        electrons = _at_most(derived(function, fits.dark_variance, gain, unit="e-"), limited=fits.floored)
         photons = derived(_in_photons(snr), fits.dark_variance, gain, responsivity, unit="p")
+        photons = _at_most(photons, limited=fits.floored)
         for found, extra in ((electrons, ()), (photons, marks.photons)):
             writer.add(
                 "sensitivity_threshold", found, equation="(25) (26) (27)", n=n, flags=(*noise_flags, *extra), snr=snr
@@ -141,11 +142,21 @@ def _dark_noise(writer: ChannelWriter, fits: LinearFits, marks: _Marks) -> None:
             "DN^2",
         )
         writer.add("dark_noise_variance", measured, equation="(18)", n=n, flags=("quantization-limited",))
+        in_electrons = derived(lambda v: (v[0] - QUANTIZATION) / v[1] ** 2, measured, gain, unit="e-^2")
+        flags = ("quantization-limited", *marks.gain)
+        writer.add("dark_noise_variance", in_electrons, equation="(53)", n=n, flags=flags)
         return
     writer.add_root("dark_noise", variance, "DN", equation="(53)", n=n)
     electrons2 = derived(lambda v: (v[0] - QUANTIZATION) / v[1] ** 2, variance, gain, unit="e-^2")
     if electrons2 is not None:
         writer.add_root("dark_noise", electrons2, "e-", equation="(53)", n=n, flags=marks.gain)
+
+
+def _at_most(found: Measured | None, *, limited: bool) -> Measured | None:
+    """Return what rests on the limit of the dark noise as a limit itself."""
+    if found is None or not limited:
+        return found
+    return Measured.interval(found.value, None, (0.0, found.value if found.ci95 is None else found.ci95[1]), found.unit)
 
 
 def _limit(value: float, unit: str) -> Measured:
@@ -174,7 +185,8 @@ def _saturation(writer: ChannelWriter, fits: LinearFits, marks: _Marks, *, area_
     decibel = derived(lambda v: 10.0 * math.log10(v[0]), electrons, unit="dB")
     writer.add("snr_max", decibel, equation="(55)", n=n, flags=in_electrons)
     percent = derived(lambda v: 100.0 / math.sqrt(v[0]), electrons, unit=PERCENT)
-    writer.add("inverse_snr_max", percent, equation="(55)", n=n, flags=in_electrons)
+    inverse = tuple("upper-limit" if flag == "lower-bound" else flag for flag in in_electrons)
+    writer.add("inverse_snr_max", percent, equation="(55)", n=n, flags=inverse)
     bound = {"lower-bound"} if fits.floored else set[str]()
     range_flags = tuple({*in_electrons, *(("quantization-limited",) if fits.floored else ()), *bound})
     ingredients = (where, response, gain, fits.dark_variance)

@@ -16,7 +16,7 @@ from fullwell.workflow.measure.emva.package_rows import evaluate_package, packag
 from fullwell.workflow.measure.emva.spatial_curves import spatial_curves
 from fullwell.workflow.measure.emva.spatial_rows import filtered_rows, package_spatial_rows
 from fullwell.workflow.measure.emva.stacks import Stacks, averages, choose_stacks, pattern_of
-from fullwell.workflow.measure.emva.steps import sweep_findings
+from fullwell.workflow.measure.emva.steps import sweep_findings, temperature_findings
 from fullwell.workflow.measure.emva.writer import LINEAR, PACKAGE
 from fullwell.workflow.measure.section import Section, joined
 from fullwell.workflow.measure.white_level import WhiteLevel
@@ -43,7 +43,7 @@ def profiles_named(text: str) -> tuple[str, ...]:
 def measure_emva(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profiles: Sequence[str]) -> Section:
     """Evaluate the bursts of one ISO by each of some profiles."""
     found = joined([_measured(study, bursts, whites, profile=profile) for profile in profiles])
-    return replace(found, findings=tuple(dict.fromkeys(found.findings)))
+    return replace(found, findings=tuple(dict.fromkeys((*temperature_findings(bursts), *found.findings))))
 
 
 def _measured(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profile: str) -> Section:

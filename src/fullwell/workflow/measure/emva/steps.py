@@ -17,6 +17,9 @@ FEWEST_STEPS = 9
 
 _USUAL_STEPS = 50
 
+_STEADY_C = 5.0
+"""Spread of temperatures that warming up explains [degree Celsius]; dark current doubles within 5 to 10."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DarkSeries:
@@ -129,6 +132,19 @@ def values_per_step(bursts: IsoBursts, channel: str) -> float:
     """Return the pixel values that stand behind each step's fraction at the highest code, at least."""
     flats = _pairs(bursts.flats)
     return float(min((burst.plane(channel).n * burst.frames for burst in flats), default=0))
+
+
+def temperature_findings(bursts: IsoBursts) -> tuple[Finding, ...]:
+    """Warn of frames at different temperatures: they are evaluated as one operation point."""
+    frames = [frame for burst in (*bursts.flats, *bursts.darks) for frame in burst.series.frames]
+    known = [frame.header.temperature_c for frame in frames if frame.header.temperature_c is not None]
+    if not known or max(known) - min(known) <= _STEADY_C:
+        return ()
+    message = (
+        f"frames at {bursts.label} were taken at {min(known):.1f} to {max(known):.1f} °C and are evaluated as one "
+        "operation point; give each temperature a study of its own"
+    )
+    return (Finding(code="emva-temperatures", severity=Severity.WARNING, message=message),)
 
 
 def sweep_findings(bursts: IsoBursts, sweep: Sweep, darks: DarkSeries) -> tuple[Finding, ...]:

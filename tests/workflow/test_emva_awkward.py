@@ -1,0 +1,104 @@
+"""EMVA 1288 campaigns that go wrong: jumps at the top, noise below a code, two temperatures, a filter in the camera."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fullwell.figures.results import Results, Row
+from fullwell.frames.selection import Selection
+from fullwell.workflow.characterize import measure
+from fullwell.workflow.measure.emva.measure import PROFILES
+from fullwell.workflow.options import Options
+
+LINEAR = PROFILES[0]
+SIDE = 96
+
+
+def campaign(
+    folder: Path,
+    *,
+    electrons: tuple[float, ...] = tuple(range(1000, 9001, 1000)),
+    system_gain: float = 0.4,
+    change: Callable[[np.ndarray], np.ndarray] = np.asarray,
+) -> Path:
+    """Take pairs at 1 ms per 1000 electrons, 12 bit, black 60 DN, dark noise 2.4 electrons."""
+    rng = np.random.default_rng(7)
+    lines: list[str] = []
+    folder.mkdir()
+
+    def block(head: str, name: str, mean: float) -> None:
+        lines.append(head)
+        for number in range(2):
+            charge = rng.poisson(mean, (SIDE, SIDE)) + rng.normal(0.0, 2.4, (SIDE, SIDE))
+            codes = np.rint(change(system_gain * charge + 60.0)).clip(0, 4095).astype(np.uint16)
+            Image.fromarray(codes).save(folder / f"{name}{number}.png")
+            lines.append(f"i {name}{number}.png")
+
+    for charge in electrons:
+        block(f"b {1000 * charge} {charge / 0.6}", f"b{charge:g}_", charge)
+        block(f"d {1000 * charge}", f"d{charge:g}_", 0.0)
+    descriptor = folder / "campaign.txt"
+    descriptor.write_text("\n".join(lines) + "\n")
+    return descriptor
+
+
+def measured(path: Path) -> Results:
+    return measure(path, options=Options(selection=Selection(), workers=1, profiles=(LINEAR,))).results
+
+
+def rows(results: Results, quantity: str) -> list[Row]:
+    found = [row for row in results.rows if (row.quantity, row.method) == (quantity, LINEAR)]
+    assert found
+    return found
+
+
+def codes(results: Results) -> set[str]:
+    return {finding.code for finding in results.findings}
+
+
+def test_a_jump_to_frames_of_the_highest_code_alone_is_bracketed(tmp_path: Path) -> None:
+    results = measured(campaign(tmp_path / "jump", electrons=(*range(1000, 9001, 1000), 13000)))
+    (finding,) = (one for one in results.findings if one.code == "emva-saturation-bracketed")
+    assert "4095 DN (100 %)" in finding.message
+    (level,) = rows(results, "saturation_level")
+    below = 2.968 * 0.4 * np.sqrt(9793)  # the noise there; its variance is known to sqrt(2 / pixels)
+    assert level.measured.value == pytest.approx(4094.5 - below, abs=4.0 * below / 2.0 * np.sqrt(2.0) / SIDE)
+
+
+def test_limits_are_told_as_limits(tmp_path: Path) -> None:
+    results = measured(campaign(tmp_path / "low", system_gain=0.05))
+    for row in rows(results, "sensitivity_threshold"):
+        assert "upper-limit" in row.flags
+        assert row.measured.std_error is None
+        assert row.measured.ci95 is not None
+        assert row.measured.ci95[0] == 0.0
+        assert row.measured.ci95[1] >= row.measured.value
+    assert {row.measured.unit for row in rows(results, "dark_noise_variance")} == {"DN^2", "e-^2"}
+    (ratio,) = (row for row in rows(results, "snr_max") if row.measured.unit == "1")
+    (inverse,) = rows(results, "inverse_snr_max")
+    assert "lower-bound" in ratio.flags
+    assert ("upper-limit" in inverse.flags, "lower-bound" in inverse.flags) == (True, False)
+
+
+def test_a_filter_in_the_camera_marks_the_figures_of_the_profile_too(tmp_path: Path) -> None:
+    def smoothed(values: np.ndarray) -> np.ndarray:
+        return 0.7 * values + 0.15 * (np.roll(values, 1, 1) + np.roll(values, -1, 1))
+
+    results = measured(campaign(tmp_path / "filtered", change=smoothed))
+    for quantity in ("system_gain", "dark_noise", "quantum_efficiency", "sensitivity_threshold"):
+        assert all("processed" in row.flags for row in rows(results, quantity))
+    plain = measured(campaign(tmp_path / "plain"))
+    assert not any("processed" in row.flags for row in plain.rows)
+
+
+@pytest.mark.parametrize(("apart", "told"), [(0.0, False), (3.0, False), (20.0, True)])
+def test_temperatures_that_differ_are_told(tmp_path: Path, apart: float, *, told: bool) -> None:
+    path = campaign(tmp_path / "warm")
+    for image in path.parent.glob("*.png"):
+        celsius = 25.0 + (apart if "9000" in image.name else 0.0)
+        image.with_suffix(".json").write_text(json.dumps({"DeviceTemperature": celsius}))
+    assert ("emva-temperatures" in codes(measured(path))) is told

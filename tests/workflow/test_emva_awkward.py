@@ -24,15 +24,16 @@ def campaign(
     electrons: tuple[float, ...] = tuple(range(1000, 9001, 1000)),
     system_gain: float = 0.4,
     change: Callable[[np.ndarray], np.ndarray] = np.asarray,
+    stack: int = 0,
 ) -> Path:
     """Take pairs at 1 ms per 1000 electrons, 12 bit, black 60 DN, dark noise 2.4 electrons."""
     rng = np.random.default_rng(7)
     lines: list[str] = []
     folder.mkdir()
 
-    def block(head: str, name: str, mean: float) -> None:
+    def block(head: str, name: str, mean: float, *, frames: int = 2) -> None:
         lines.append(head)
-        for number in range(2):
+        for number in range(frames):
             charge = rng.poisson(mean, (SIDE, SIDE)) + rng.normal(0.0, 2.4, (SIDE, SIDE))
             codes = np.rint(change(system_gain * charge + 60.0)).clip(0, 4095).astype(np.uint16)
             Image.fromarray(codes).save(folder / f"{name}{number}.png")
@@ -41,6 +42,9 @@ def campaign(
     for charge in electrons:
         block(f"b {1000 * charge} {charge / 0.6}", f"b{charge:g}_", charge)
         block(f"d {1000 * charge}", f"d{charge:g}_", 0.0)
+    if stack:
+        block("b 5000000 8333.4", "bs", 5000.0, frames=stack)
+        block("d 5000000", "ds", 0.0, frames=stack)
     descriptor = folder / "campaign.txt"
     descriptor.write_text("\n".join(lines) + "\n")
     return descriptor
@@ -70,7 +74,7 @@ def test_a_jump_to_frames_of_the_highest_code_alone_is_bracketed(tmp_path: Path)
 
 
 def test_limits_are_told_as_limits(tmp_path: Path) -> None:
-    results = measured(campaign(tmp_path / "low", system_gain=0.05))
+    results = measured(campaign(tmp_path / "low", system_gain=0.05, stack=4))
     for row in rows(results, "sensitivity_threshold"):
         assert "upper-limit" in row.flags
         assert row.measured.std_error is None
@@ -78,6 +82,7 @@ def test_limits_are_told_as_limits(tmp_path: Path) -> None:
         assert row.measured.ci95[0] == 0.0
         assert row.measured.ci95[1] >= row.measured.value
     assert {row.measured.unit for row in rows(results, "dark_noise_variance")} == {"DN^2", "e-^2"}
+    assert all("quantization-limited" in row.flags for row in rows(results, "dsnu"))
     (ratio,) = (row for row in rows(results, "snr_max") if row.measured.unit == "1")
     (inverse,) = rows(results, "inverse_snr_max")
     assert "lower-bound" in ratio.flags

@@ -86,8 +86,8 @@ Profiles = Annotated[
     typer.Option(
         "--profile",
         metavar="ID",
-        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, emva1288-py-1.0 for the figures of that package, or both, "
-        "with a comma between them or with the option twice.",
+        help="Evaluate by EMVA 1288 too: emva1288-4.0-linear, emva1288-py-1.0 for the figures of that package, or both "
+        "with a comma between them or the option twice.",
     ),
 ]
 Workers = Annotated[

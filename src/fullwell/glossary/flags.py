@@ -16,7 +16,7 @@ FLAGS: Final = tuple(
         ),
         ("black-clipped", "More than 0.1 % of the dark pixels sit on the lowest code: noise was cut off there."),
         ("quantization-limited", "The noise is so small against one code that its variance hardly tells."),
-        ("upper-limit", "The variance came out at or below zero: only the upper end of the interval is known."),
+        ("upper-limit", "The true value is at most this: only the upper end of the interval is known."),
         ("lower-bound", "The true value is at least this."),
         (
             "grid-limited",

@@ -3,6 +3,7 @@
 import math
 
 from fullwell.figures.emva1288.nonuniformity import Split, split_corrected, split_literal
+from fullwell.figures.emva1288.sensitivity import LEAST_DARK_VARIANCE
 from fullwell.figures.results import Row
 from fullwell.units import DN2, PERCENT2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -100,13 +101,16 @@ def _variances(writer: ChannelWriter, light: str, burst: Burst, split: Split, *,
 
 
 def _dsnu(writer: ChannelWriter, burst: Burst, split: Split, *, system_gain: Measured | None) -> None:
-    n = burst.plane(writer.channel).n * burst.frames
+    """Add the DSNU; less temporal noise than rounding needs to average out lets whole codes hide or fake a pattern."""
+    plane = burst.plane(writer.channel)
+    n = plane.n * burst.frames
+    flags = ("quantization-limited",) if plane.temporal_variance < LEAST_DARK_VARIANCE else ()
     for part, value, error in zip(_PARTS, _values(split), _errors(split), strict=True):
         variance = Measured.normal(value, error, DN2)
-        writer.add_root(f"dsnu{part}", variance, "DN", equation="(66)", n=n)
+        writer.add_root(f"dsnu{part}", variance, "DN", equation="(66)", n=n, flags=flags)
         electrons2 = derived(lambda v: v[0] / v[1] ** 2, variance, system_gain, unit="e-^2")
         if electrons2 is not None:
-            writer.add_root(f"dsnu{part}", electrons2, "e-", equation="(66)", n=n)
+            writer.add_root(f"dsnu{part}", electrons2, "e-", equation="(66)", n=n, flags=flags)
 
 
 def _prnu(writer: ChannelWriter, stacks: Stacks, dark: Split, bright: Split) -> None:

@@ -107,3 +107,11 @@ def test_temperatures_that_differ_are_told(tmp_path: Path, apart: float, *, told
         celsius = 25.0 + (apart if "9000" in image.name else 0.0)
         image.with_suffix(".json").write_text(json.dumps({"DeviceTemperature": celsius}))
     assert ("emva-temperatures" in codes(measured(path))) is told
+
+
+def test_what_is_missing_of_every_channel_is_said_once(tmp_path: Path) -> None:
+    path = campaign(tmp_path / "few", electrons=(1000, 2000))
+    results = measure(path, options=Options(selection=Selection(cfa="RGGB"), workers=1, profiles=(LINEAR,))).results
+    said = [one.message for one in results.findings if one.code == "emva-not-given" and "system gain" in one.message]
+    assert said
+    assert all("not given for R, G1, G2, B at unknown ISO: " in message for message in said)

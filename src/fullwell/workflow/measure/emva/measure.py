@@ -1,6 +1,6 @@
 """One ISO evaluated by a profile: every channel is a camera of its own."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from fullwell.errors import UsageError
@@ -43,7 +43,21 @@ def profiles_named(text: str) -> tuple[str, ...]:
 def measure_emva(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profiles: Sequence[str]) -> Section:
     """Evaluate the bursts of one ISO by each of some profiles."""
     found = joined([_measured(study, bursts, whites, profile=profile) for profile in profiles])
-    return replace(found, findings=tuple(dict.fromkeys((*temperature_findings(bursts), *found.findings))))
+    every = dict.fromkeys((*temperature_findings(bursts), *found.findings))
+    return replace(found, findings=_over_channels(bursts, every))
+
+
+def _over_channels(bursts: IsoBursts, findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return findings with those that differ only by the channel as one."""
+    same: dict[Finding, list[str]] = {}
+    for finding in findings:
+        channel = next((one for one in bursts.channels if f" {one} at {bursts.label}" in finding.message), "")
+        template = finding.message.replace(f" {channel} at {bursts.label}", f" \0 at {bursts.label}", 1)
+        same.setdefault(replace(finding, message=template), []).append(channel)
+    return tuple(
+        replace(finding, message=finding.message.replace("\0", ", ".join(channels)))
+        for finding, channels in same.items()
+    )
 
 
 def _measured(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profile: str) -> Section:

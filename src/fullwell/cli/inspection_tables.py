@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from typing import Final
 
 from rich.console import Console
 from rich.markup import escape
@@ -13,6 +14,9 @@ from fullwell.raw.image import Levels, RawHeader
 from fullwell.report.numbers import show_exposure
 from fullwell.workflow.inspection import Inspection
 from fullwell.workflow.signs.content import Content
+
+_PIPED_WIDTH: Final = 240
+"""Most columns of a table that goes into a file or another program, where no name should be broken [character]."""
 
 
 def document(inspection: Inspection) -> Mapping[str, object]:
@@ -90,7 +94,7 @@ def print_panel(console: Console, inspection: Inspection) -> None:
 
 def _facts(header: RawHeader, content: Content | None) -> Iterator[tuple[str, str]]:
     yield "format", f"{header.format}, compression {header.compression}"
-    yield "camera", _camera(header)
+    yield "camera", header.camera or "unknown"
     yield "visible", f"{header.width} x {header.height} pixels"
     area = header.active_area
     yield "stored", f"{header.raw_width} x {header.raw_height}, active area from row {area.top}, column {area.left}"
@@ -125,13 +129,6 @@ def _told(content: Content) -> Iterator[tuple[str, str]]:
         yield "CFA by content", " or ".join(content.order.order.names)
 
 
-def _camera(header: RawHeader) -> str:
-    """Return make and model; many models begin with their make."""
-    make, model = header.make or "", header.model or ""
-    named = model if model.casefold().startswith(make.casefold()) else f"{make} {model}"
-    return named.strip() or make or "unknown"
-
-
 def print_table(console: Console, inspections: Sequence[Inspection]) -> None:
     """Print one line per file, then what there is to say about them."""
     names = [one.path.name for one in inspections]
@@ -152,6 +149,8 @@ def print_table(console: Console, inspections: Sequence[Inspection]) -> None:
             "?" if header.iso is None else f"{header.iso:g}",
             "?" if header.exposure_s is None else show_exposure(header.exposure_s),
         )
+    if not console.is_terminal:
+        console.width = _PIPED_WIDTH
     console.print(table)
     print_findings(
         console, [replace(finding, files=(str(one.path),)) for one in inspections for finding in one.findings]

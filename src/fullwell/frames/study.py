@@ -220,9 +220,5 @@ def _assembled(
 
 def _camera_name(readings: Sequence[Reading]) -> str | None:
     """Return the camera that most files name; None where they name none."""
-    names = Counter(
-        name
-        for one in readings
-        if (name := " ".join(part for part in (one.frame.header.make, one.frame.header.model) if part))
-    )
+    names = Counter(name for one in readings if (name := one.frame.header.camera))
     return min(names, key=lambda name: (-names[name], name)) if names else None

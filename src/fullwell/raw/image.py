@@ -151,6 +151,13 @@ class RawHeader:
         """Rows of the visible mosaic."""
         return self.active_area.bottom - self.active_area.top
 
+    @property
+    def camera(self) -> str | None:
+        """Make and model, the make once: many models begin with it; None where the file names neither."""
+        make, model = self.make or "", self.model or ""
+        named = model if model.casefold().startswith(make.casefold()) else f"{make} {model}"
+        return named.strip() or make or None
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RawImage:

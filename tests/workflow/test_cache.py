@@ -261,6 +261,23 @@ def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
         SeriesCache(tmp_path)
 
 
+@pytest.mark.parametrize("step", ["mkdir", "iterdir", "exists", "write_text"])
+def test_another_run_may_claim_the_folder_between_any_two_steps(
+    folder: Path, step: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = getattr(Path, step)
+
+    def late(*args, **options):
+        monkeypatch.setattr(Path, step, original)
+        SeriesCache(folder)
+        (folder / "other.part").write_bytes(b"half")
+        return original(*args, **options)
+
+    monkeypatch.setattr(Path, step, late)
+    SeriesCache(folder)
+    assert (folder / series_cache.TAG).read_text().startswith("Signature: 8a477f597d28d172789f06886806bc55")
+
+
 SIZE, FRAMES = (120, 160), 4
 PLAN = {"flat/exp10ms": 10, "flat/exp20ms": 11, "dark/exp10ms": 12, "dark/exp20ms": 13, "bias/exp1ms": 14}
 KILLED = """

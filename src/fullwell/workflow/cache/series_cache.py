@@ -214,12 +214,17 @@ class SeriesCache:
 
 
 def _claim(folder: Path) -> None:
-    """Make a folder for a cache, or see that it is one."""
+    """Make a folder for a cache, or see that it is one.
+
+    The tag is the first that a run writes into a folder. So it is looked for after all else: what another run wrote
+    meanwhile has its tag by then.
+    """
     tag = folder / TAG
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        filled = any(folder.iterdir())
         if not tag.exists():
-            if any(folder.iterdir()):
+            if filled:
                 raise UsageError(
                     f"{folder} holds something else than finished series; name another folder with --cache, or use "
                     "--no-cache"

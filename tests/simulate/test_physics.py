@@ -128,6 +128,24 @@ def test_hot_pixels_are_as_many_and_as_hot_as_asked_for() -> None:
     assert ("dsnu", "e-") not in truth
 
 
+def test_margins_take_nothing_from_the_visible_sensor() -> None:
+    """Levels and responses of the visible planes are those of the config, whatever lies beside them."""
+    camera = {"dark_current_spread": 1.0, "hot_pixels": 0.01, "hot_pixel_current": 500.0, "prnu_row": 0.3}
+    config = simulation(camera=camera, output={"optical_black": {"left": 32, "top": 16, "right": 6}}, study=DARK)
+    made = camera_of(config)
+    visible = (slice(16, None), slice(32, -6))
+    rate = made.individual.dark_current[visible]
+    sensor = config.sensor
+    for site in range(4):
+        plane = np.s_[site // 2 :: 2, site % 2 :: 2]
+        hot = round(0.01 * rate[plane].size)
+        mean = sensor.dark_current + 500.0 * hot / rate[plane].size
+        assert rate[plane].mean(dtype=np.float64) == pytest.approx(mean, rel=1e-6)
+        assert abs(made.individual.prnu[visible][plane].mean(dtype=np.float64)) < 1e-6
+    rows = made.individual.prnu_row[16:, 0]
+    assert max(abs(float(rows[first::2].mean(dtype=np.float64))) for first in range(2)) < 1e-6
+
+
 def test_random_telegraph_pixels_jump_and_add_their_variance() -> None:
     config = simulation(camera={**QUIET, "rts_pixels": 0.02, "rts_amplitude": 20.0}, study=DARK)
     camera = camera_of(config)

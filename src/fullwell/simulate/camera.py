@@ -97,7 +97,7 @@ def build(
         sensor=sensor,
         sensors=sensors,
         seed=seed,
-        individual=make(sensor, seed=seed, shape=around.margins.shape(sensor), unequal=unequal),
+        individual=make(sensor, seed=seed, margins=around.margins, unequal=unequal),
         lens=_behind_margins(even(sensor) if around.lens is None else around.lens.map_for(sensor), around.margins),
         flare=0.0 if around.lens is None else around.lens.flare,
         defocus=0.0 if around.lens is None else around.lens.defocus,

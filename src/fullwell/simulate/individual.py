@@ -1,8 +1,8 @@
 """The individual: what chance decided when a sensor was made, the same in every frame.
 
-Patterns have a spread of 1 and no mean over each CFA plane, so that a plane's level and response are what the
-parameters say. As many pixels are hot, or jump, as the parameters say, to the pixel; and the charge of the hot ones is
-in the mean what it should be.
+Patterns have a spread of 1 and no mean over each visible CFA plane, so that a plane's level and response are what the
+parameters say. As many visible pixels are hot, or jump, as the parameters say, to the pixel; and the charge of the hot
+ones is in the mean what it should be. Margins are made of the same stuff.
 """
 
 import math
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from fullwell.kernels.random import Draws, normal
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import cell
-from fullwell.simulate.geometry import Stream, tiles
+from fullwell.raw.image import Area
+from fullwell.simulate.geometry import Margins, Stream, tiles
 
 Pattern = NDArray[np.float32]
 _Kind = TypeVar("_Kind", bound=np.generic)
@@ -63,30 +64,31 @@ class _Maker:
 
     seed: int
     shape: tuple[int, int]
+    visible: Area
     period: int
 
     def pixels(self, stream: Stream, *, wanted: bool) -> Pattern:
         if not wanted:
             return _none()
         pattern = self._numbers(stream)
-        for plane in self._planes(pattern):
-            np.subtract(plane, plane.mean(dtype=np.float64), out=plane, casting="same_kind")
+        for plane, seen in self._planes(pattern):
+            np.subtract(plane, seen.mean(dtype=np.float64), out=plane, casting="same_kind")
         return pattern
 
     def rows(self, stream: Stream, *, wanted: bool) -> Pattern:
-        return self._lines(stream, self.shape[0])[:, None] if wanted else _none()
+        return self._lines(stream, self.shape[0], self._rows)[:, None] if wanted else _none()
 
     def columns(self, stream: Stream, *, wanted: bool) -> Pattern:
-        return self._lines(stream, self.shape[1])[None, :] if wanted else _none()
+        return self._lines(stream, self.shape[1], self._columns)[None, :] if wanted else _none()
 
     def chosen(self, stream: Stream, share: float) -> NDArray[np.bool_]:
         """Return which pixels are chosen, the same number of each plane."""
         numbers = self._numbers(stream)
         chosen = np.zeros(self.shape, dtype=np.bool_)
-        for plane, marks in zip(self._planes(numbers), self._planes(chosen), strict=True):
-            count = round(share * plane.size)
+        for (plane, seen), (marks, _) in zip(self._planes(numbers), self._planes(chosen), strict=True):
+            count = round(share * seen.size)
             if count:
-                marks[:] = plane >= np.partition(plane, plane.size - count, axis=None)[plane.size - count]
+                marks[:] = plane >= np.partition(seen, seen.size - count, axis=None)[seen.size - count]
         return chosen
 
     def dark_current(self, sensor: SensorParameters) -> Pattern:
@@ -98,18 +100,18 @@ class _Maker:
         if sensor.dark_current_spread and sensor.dark_current:
             width = math.sqrt(math.log1p((sensor.dark_current_spread / sensor.dark_current) ** 2))
             rate = np.exp(np.float32(width) * self._numbers(Stream.DARK_CURRENT))
-            self._scale(rate, [sensor.dark_current * plane.size for plane in self._planes(rate)])
+            self._scale(rate, [sensor.dark_current * seen.size for _, seen in self._planes(rate)])
         if hot:
             places = self.chosen(Stream.HOT_PIXEL, sensor.hot_pixels)
             more = np.where(places, self._exponential(), np.float32(0.0))
-            self._scale(more, [sensor.hot_pixel_current * float(marks.sum()) for marks in self._planes(places)])
+            self._scale(more, [sensor.hot_pixel_current * float(seen.sum()) for _, seen in self._planes(places)])
             rate += more
         return rate
 
     def _scale(self, pattern: Pattern, totals: Sequence[float]) -> None:
-        """Scale each plane to a sum."""
-        for plane, total in zip(self._planes(pattern), totals, strict=True):
-            np.multiply(plane, total / max(float(plane.sum(dtype=np.float64)), _LEAST), out=plane, casting="same_kind")
+        """Scale each plane to a sum over what is visible of it."""
+        for (plane, seen), total in zip(self._planes(pattern), totals, strict=True):
+            np.multiply(plane, total / max(float(seen.sum(dtype=np.float64)), _LEAST), out=plane, casting="same_kind")
 
     def _exponential(self) -> Pattern:
         """Return numbers of an exponential law: half the sum of two squares of normal numbers."""
@@ -124,18 +126,29 @@ class _Maker:
             pattern[tile.window] = normal(tile.shape, draws)
         return pattern
 
-    def _lines(self, stream: Stream, count: int) -> Pattern:
+    def _lines(self, stream: Stream, count: int, visible: slice) -> Pattern:
         lines = normal((1, count), Draws(seed=self.seed, stream=stream.value))[0].astype(np.float32)
         for first in range(self.period):
-            lines[first :: self.period] -= lines[first :: self.period].mean(dtype=np.float64)
+            own, seen = lines[first :: self.period], lines[visible][first :: self.period]
+            own -= seen.mean(dtype=np.float64)
         return lines
 
-    def _planes(self, pattern: NDArray[_Kind]) -> list[NDArray[_Kind]]:
-        period = self.period
-        return [pattern[site // period :: period, site % period :: period] for site in range(period * period)]
+    def _planes(self, pattern: NDArray[_Kind]) -> list[tuple[NDArray[_Kind], NDArray[_Kind]]]:
+        """Return each CFA plane, and what is visible of it; margins are even."""
+        period, seen = self.period, pattern[self._rows, self._columns]
+        sites = [(slice(site // period, None, period), slice(site % period, None, period)) for site in range(period**2)]
+        return [(pattern[site], seen[site]) for site in sites]
+
+    @property
+    def _rows(self) -> slice:
+        return slice(self.visible.top, self.visible.bottom)
+
+    @property
+    def _columns(self) -> slice:
+        return slice(self.visible.left, self.visible.right)
 
 
-def make(sensor: SensorParameters, *, seed: int, shape: tuple[int, int], unequal: bool) -> Individual:
+def make(sensor: SensorParameters, *, seed: int, margins: Margins, unequal: bool) -> Individual:
     """Return the fixed patterns of one sensor.
 
     Parameters
@@ -144,13 +157,14 @@ def make(sensor: SensorParameters, *, seed: int, shape: tuple[int, int], unequal
         Parameters.
     seed
         0 to 2^64 - 1.
-    shape
-        Of the stored mosaic.
+    margins
+        Around the visible pixels.
     unequal
         Whether levels differ at any ISO; `sensor` speaks of one.
 
     """
-    maker = _Maker(seed=seed, shape=shape, period=cell(sensor.cfa))
+    visible, shape = margins.active(sensor), margins.shape(sensor)
+    maker = _Maker(seed=seed, shape=shape, visible=visible, period=cell(sensor.cfa))
     jumps = sensor.rts_pixels * sensor.rts_amplitude > 0.0
     return Individual(
         prnu=maker.pixels(Stream.PRNU, wanted=sensor.prnu > 0.0),

@@ -5,9 +5,9 @@ and Meier's factor widens the error of the mean.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from scipy.special import fdtrc
@@ -18,6 +18,9 @@ SIGNIFICANCE: Final = 0.01
 """Chance that measurements which are the same are said to differ."""
 _FEW: Final = 8.0
 """Degrees of freedom below which an error is too uncertain to weight by."""
+_SITES: Final = ((0, 1, 2, 3),)
+_BESIDE: Final = ((0, 1), (2, 3))
+_ABOVE: Final = ((0, 2), (1, 3))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,6 +105,75 @@ def equal_mean(measurements: Sequence[Measured]) -> Measured:
     mean = float(np.mean([measured.value for measured in measurements]))
     error = math.hypot(*(error for error, _ in parts)) / len(measurements)
     return Measured.student(mean, error, combined_dof(*parts), measurements[0].unit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SharedErrors:
+    """Parts of the standard error of one CFA site's figure that other sites of its cell have in common.
+
+    Each is an error and its degrees of freedom, in the unit of the figure.
+
+    Parameters
+    ----------
+    frame, rounding
+        In common with all sites: what moves whole frames, and the phase of the level within a code.
+    row, column
+        In common with the site beside it, and with that above or below it.
+
+    """
+
+    frame: tuple[float, float | None] = (0.0, None)
+    rounding: tuple[float, float | None] = (0.0, None)
+    row: tuple[float, float | None] = (0.0, None)
+    column: tuple[float, float | None] = (0.0, None)
+
+    @classmethod
+    def of_variances(cls, *, frame: float = 0.0, row: float, column: float, dof: tuple[int, int, int]) -> Self:
+        """Return the errors that so much variance of whole frames, rows and columns has for being a sample.
+
+        Parameters
+        ----------
+        frame, row, column
+            Variances; below zero counts as none.
+        dof
+            Degrees of freedom of each.
+
+        """
+
+        def error(variance: float, known: int) -> tuple[float, float]:
+            return max(variance, 0.0) * math.sqrt(2.0 / known), float(known)
+
+        return cls(frame=error(frame, dof[0]), row=error(row, dof[1]), column=error(column, dof[2]))
+
+
+def mean_of_sites(measurements: Sequence[Measured], shared: Sequence[SharedErrors]) -> Measured:
+    """Return the plain mean of one figure over the four sites of a CFA cell, row-major (METHOD 1.10).
+
+    Parameters
+    ----------
+    measurements
+        One per site, each with a standard error.
+    shared
+        What of each error other sites have in common: it does not average out.
+
+    """
+    parts: list[tuple[float, float | None]] = []
+    for measured, common in zip(measurements, shared, strict=True):
+        squares = [error**2 for error, _ in (common.frame, common.rounding, common.row, common.column)]
+        parts.append((math.sqrt(max((measured.std_error or 0.0) ** 2 - sum(squares), 0.0)), measured.dof))
+    for of_all in ([one.frame for one in shared], [one.rounding for one in shared]):
+        parts += _together(of_all, _SITES)
+    parts += _together([one.row for one in shared], _BESIDE)
+    parts += _together([one.column for one in shared], _ABOVE)
+    mean = float(np.mean([measured.value for measured in measurements]))
+    error = math.hypot(*(error for error, _ in parts)) / len(measurements)
+    return Measured.student(mean, error, combined_dof(*parts), measurements[0].unit)
+
+
+def _together(
+    errors: Sequence[tuple[float, float | None]], groups: Iterable[Sequence[int]]
+) -> list[tuple[float, float | None]]:
+    return [(sum(errors[site][0] for site in group), errors[group[0]][1]) for group in groups]
 
 
 def _welch_p(q: float, share: np.ndarray, dof: np.ndarray) -> float:

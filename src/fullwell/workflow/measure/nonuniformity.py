@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.nonuniformity import Nonuniformity, dark_nonuniformity, nonuniformity
-from fullwell.fit.pooling import SIGNIFICANCE, equal_mean, pool_channels
+from fullwell.fit.pooling import SIGNIFICANCE, SharedErrors, mean_of_sites, pool_channels
 from fullwell.statistics.pattern import SMALLEST_SIDE, pattern
 from fullwell.units import DN, DN2, ONE, PERCENT, PERCENT2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -223,13 +223,28 @@ def _pooled(bursts: IsoBursts, rows: Sequence[Row]) -> tuple[Row, ...]:
             quantity.removesuffix("_variance"),
             "all",
             method,
-            equal_mean([row.measured for row in own]),
+            mean_of_sites([row.measured for row in own], [_shared_errors(bursts, rows, row) for row in own]),
             PERCENT if own[0].measured.unit == PERCENT2 else DN,
             source=own[0].source,
             n=sum(row.n or 0 for row in own),
             flags=flags | ({"channels-differ"} if p_value < SIGNIFICANCE else set[str]()),
         )
     return tuple(pooled)
+
+
+def _shared_errors(bursts: IsoBursts, rows: Sequence[Row], row: Row) -> SharedErrors:
+    """Return what the pattern of whole rows and columns puts into the error of a variance, or of the part it is of."""
+    whole = row.quantity.removesuffix("_variance").split("_")[0]
+
+    def variance(part: str) -> float:
+        name = f"{whole}_{part}_variance"
+        if row.quantity not in {name, f"{whole}_variance"}:
+            return 0.0
+        same = (one for one in rows if (one.quantity, one.channel, one.method) == (name, row.channel, row.method))
+        return next((one.measured.value for one in same if one.measured.unit == row.measured.unit), 0.0)
+
+    _frames, height, width = (*bursts.flats, *bursts.unlit)[0].plane(row.channel).shape
+    return SharedErrors.of_variances(row=variance("row"), column=variance("column"), dof=(1, height - 1, width - 1))
 
 
 def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Finding, ...]:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fullwell.figures.results import Row
 from fullwell.figures.saturation import GRID_LIMITED
@@ -11,6 +11,7 @@ from fullwell.fit.censored import fit_censored_normal, trim_hot_pixels
 from fullwell.fit.legacy.read_noise import legacy_read_noise
 from fullwell.fit.median_pixel import median_pixel_variance
 from fullwell.fit.photon_transfer import fit_photon_transfer
+from fullwell.fit.pooling import SharedErrors, mean_of_sites
 from fullwell.fit.read_noise import analogue_read_noise, excess_ratio
 from fullwell.fit.variance_components import temporal_variance, variance_components
 from fullwell.frames.series import Kind
@@ -31,8 +32,8 @@ class ChannelNoise:
     ----------
     variance
         Signed, [DN^2].
-    rounding_error_dn2
-        The part of its standard error that the unknown phase of rounding makes, which channels have in common.
+    shared
+        What of its standard error channels have in common.
     method, flags, source, n
         As in its row.
 
@@ -40,7 +41,7 @@ class ChannelNoise:
 
     channel: str
     variance: Measured
-    rounding_error_dn2: float
+    shared: SharedErrors
     method: str
     flags: tuple[str, ...]
     source: str
@@ -96,7 +97,7 @@ def _channel_noise(bursts: IsoBursts, plane: PlaneStatistics) -> ChannelNoise:
     return ChannelNoise(
         channel=plane.channel,
         variance=noise.variance,
-        rounding_error_dn2=rounding_error_dn2(plane, plane.temporal_variance, step=step),
+        shared=_shared_errors(plane, step=step),
         method="temporal-variance",
         flags=(*noise.flags, *mixed),
         source="METHOD 3.1",
@@ -114,12 +115,25 @@ def _censored_noise(plane: PlaneStatistics) -> ChannelNoise:
     return ChannelNoise(
         channel=plane.channel,
         variance=variance,
-        rounding_error_dn2=0.0,
+        shared=SharedErrors(),
         method="censored-likelihood",
         flags=("black-clipped", "mixed"),
         source="METHOD 3.4",
         n=int(histogram.counts.sum()),
     )
+
+
+def _shared_errors(plane: PlaneStatistics, *, step: float) -> SharedErrors:
+    """Return the errors by noise of whole frames, rows and columns, and by the unknown phase of rounding."""
+    parts = variance_components(plane.mean_squares, plane.shape)
+    frames, rows, columns = plane.shape
+    lines = SharedErrors.of_variances(
+        frame=parts.t.value,
+        row=parts.tv.value,
+        column=parts.th.value,
+        dof=(frames - 1, (frames - 1) * (rows - 1), (frames - 1) * (columns - 1)),
+    )
+    return replace(lines, rounding=(rounding_error_dn2(plane, plane.temporal_variance, step=step), None))
 
 
 def total_temporal_variance(plane: PlaneStatistics) -> Measured:
@@ -216,7 +230,7 @@ def _whole_mosaic_rows(bursts: IsoBursts, burst: Burst, noises: Sequence[Channel
     pooled = ChannelNoise(
         channel="all",
         variance=_mean_variance(noises),
-        rounding_error_dn2=max(noise.rounding_error_dn2 for noise in noises),
+        shared=SharedErrors(),
         method=noises[0].method,
         flags=tuple(sorted({flag for noise in noises for flag in noise.flags})),
         source=noises[0].source,
@@ -226,17 +240,15 @@ def _whole_mosaic_rows(bursts: IsoBursts, burst: Burst, noises: Sequence[Channel
 
 
 def _mean_variance(noises: Sequence[ChannelNoise]) -> Measured:
-    """Return the mean of the channels' variances: pixel errors independent, the phase of rounding shared [DN^2]."""
-    share = 1.0 / len(noises)
+    """Return the mean of the channels' variances [DN^2]."""
     variances = [noise.variance for noise in noises]
-    value = share * sum(one.value for one in variances)
-    if any("quantization-limited" in noise.flags for noise in noises):
-        ends = [one.ci95 or (one.value, one.value) for one in variances]
-        low, high = (share * sum(end[side] for end in ends) for side in (0, 1))
-        return Measured.interval(value, share * sum(one.std_error or 0.0 for one in variances), (low, high), DN2)
-    own = sum(max((noise.variance.std_error or 0.0) ** 2 - noise.rounding_error_dn2**2, 0.0) for noise in noises)
-    common = share * sum(noise.rounding_error_dn2 for noise in noises)
-    return Measured.normal(value, math.hypot(share * math.sqrt(own), common), DN2)
+    pooled = mean_of_sites(variances, [noise.shared for noise in noises])
+    if not any("quantization-limited" in noise.flags for noise in noises):
+        return pooled
+    ends = [one.ci95 or (one.value, one.value) for one in variances]
+    low, high = (sum(end[side] for end in ends) / len(ends) for side in (0, 1))
+    error = sum(one.std_error or 0.0 for one in variances) / len(variances)
+    return Measured.interval(pooled.value, error, (low, high), DN2)
 
 
 def _findings(bursts: IsoBursts, burst: Burst, noises: Sequence[ChannelNoise]) -> tuple[Finding, ...]:

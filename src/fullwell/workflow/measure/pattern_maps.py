@@ -101,18 +101,37 @@ def linear_flats(bursts: IsoBursts, level: ChannelLevels, transfer: ChannelTrans
     )
 
 
-def matching_dark(bursts: IsoBursts, flats: Sequence[Burst], channel: str) -> Burst | None:
-    """Return the unlit burst of two frames or more whose exposure is nearest to that of the flats.
+def matching_dark(
+    bursts: IsoBursts, flats: Sequence[Burst], channel: str, *, weights: NDArray[np.float64]
+) -> tuple[Burst, NDArray[np.float64]] | None:
+    """Return the unlit burst to set against flats, and the share of each flat in their stack.
 
-    One much longer than they are brings the pattern of its dark current with it and is not taken.
+    The stack's dark current is that of the flats' mean exposure, each counted by its share, so the burst of two frames
+    or more with the exposure nearest to that is taken. One much longer than all of them brings the pattern of its dark
+    current with it and is not taken.
+
+    Parameters
+    ----------
+    bursts, flats, channel
+        Of one ISO, and one channel.
+    weights
+        What a share is in proportion to, beside the signal: frames over variance, shape (flats,).
+
     """
     usable = _steady(bursts, channel)
     if not usable or not flats:
         return None
-    exposure_s = float(np.median([burst.exposure_s for burst in flats]))
-    nearest = min(usable, key=lambda burst: (abs(burst.exposure_s - exposure_s), -burst.frames))
-    longest = max(burst.exposure_s for burst in flats)
-    return nearest if nearest.exposure_s <= MOST_BEYOND * longest else None
+    means = np.array([burst.plane(channel).mean for burst in flats])
+    exposures_s = np.array([burst.exposure_s for burst in flats])
+
+    def shares(dark: Burst) -> NDArray[np.float64]:
+        parts = weights * np.maximum(means - dark.plane(channel).mean, 0.0)
+        return parts / parts.sum() if parts.any() else parts
+
+    stacked_s = float(shares(usable[0]) @ exposures_s)
+    nearest = min(usable, key=lambda burst: (abs(burst.exposure_s - stacked_s), -burst.frames))
+    found = shares(nearest)
+    return (nearest, found) if nearest.exposure_s <= MOST_BEYOND * exposures_s.max() and found.any() else None
 
 
 def _steady(bursts: IsoBursts, channel: str) -> tuple[Burst, ...]:
@@ -179,14 +198,11 @@ def _combinations(bursts: IsoBursts, level: ChannelLevels, flats: Sequence[Burst
     weights = np.array([plane.frames / plane.temporal_variance for plane in planes if plane.temporal_variance > 0.0])
     if not flats or weights.size < len(flats):
         return found
-    dark = matching_dark(bursts, flats, level.channel)
+    matched = matching_dark(bursts, flats, level.channel, weights=weights)
     steady = next(iter(_steady(bursts, level.channel)), None)
-    if dark is not None:
-        signals = np.array([plane.mean - dark.plane(level.channel).mean for plane in planes])
-        shares = weights * np.maximum(signals, 0.0)
-        if shares.sum() > 0.0:
-            coefficients = np.append(shares / shares.sum(), -1.0)
-            found[STACK] = Combination(bursts=(*flats, dark), coefficients=coefficients, steady=steady)
+    if matched is not None:
+        dark, shares = matched
+        found[STACK] = Combination(bursts=(*flats, dark), coefficients=np.append(shares, -1.0), steady=steady)
     exposures_s = [burst.exposure_s for burst in flats]
     if len(set(exposures_s)) > 1:
         slope, intercept = line_coefficients(exposures_s, weights.tolist())

@@ -3,9 +3,10 @@
 import difflib
 import json
 from collections.abc import Sequence
-from typing import Final, cast
+from typing import Final, cast, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from fullwell.simulate.tables import ConfigTable
 
@@ -78,11 +79,22 @@ def _model_at(place: Sequence[int | str]) -> type[BaseModel] | None:
 
 
 def _allowed(place: Sequence[int | str]) -> str:
-    """Return the words of the innermost field that has some."""
+    """Return the words of the innermost field that has some; of an item of a list those of the item, if it has some."""
     for length in range(len(place), 0, -1):
         model = _model_at(place[: length - 1])
         field = None if model is None else model.model_fields.get(str(place[length - 1]))
         if field is not None:
             tables = _tables_in(field.annotation)
-            return field.description or ("a table of " + ", ".join(tables[0].model_fields) if tables else "a value")
+            parts = _parts_in_words(field.annotation)
+            own = parts[:1] if place[length:] else []
+            told = [*own, *filter(None, [field.description]), *parts]
+            return (
+                told[0] if told else ("a table of " + ", ".join(tables[0].model_fields) if tables else "true or false")
+            )
     return "a table"
+
+
+def _parts_in_words(annotation: object) -> list[str]:
+    """Return what is said of the alternatives, or of the items, of an annotation."""
+    said = (one for part in get_args(annotation) for one in getattr(part, "__metadata__", ()))
+    return [one.description for one in said if isinstance(one, FieldInfo) and one.description]

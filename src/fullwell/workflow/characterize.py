@@ -82,10 +82,13 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     check_target(out)
     _refuse_to_replace(path, out)
     started = time.monotonic()
+    study = _study_to_measure(path, options)
     cache = opened_cache(options, out=out)
     with replaced_folder(out) as folder:
         with connected(options.dask, workers=options.workers) as cluster:
-            measurement = measure(path, options=options, progress=progress, folder=folder, cache=cache, cluster=cluster)
+            measurement = _measure(
+                study, options=options, progress=progress, folder=folder, cache=cache, cluster=cluster
+            )
         if cache is not None:
             cache.sweep()
         run = run_facts(study=path, out=out, options=options, started=started, cache=cache)
@@ -102,15 +105,9 @@ def _refuse_to_replace(path: Path, out: Path) -> None:
 
 
 def measure(
-    path: Path,
-    *,
-    options: Options,
-    progress: Progress | None = None,
-    folder: Path | None = None,
-    cache: SeriesCache | None = None,
-    cluster: Cluster | None = None,
+    path: Path, *, options: Options, progress: Progress | None = None, folder: Path | None = None
 ) -> Measurement:
-    """Measure a study.
+    """Measure a study in this process.
 
     Parameters
     ----------
@@ -118,19 +115,32 @@ def measure(
         As `characterize`.
     folder
         Where ``maps/`` and ``tables/`` are written; None writes neither, and takes no pictures.
-    cache
-        Where finished series are looked for and kept.
-    cluster
-        Who reads the frames in place of this machine's threads.
 
     """
+    return _measure(_study_to_measure(path, options), options=options, progress=progress, folder=folder)
+
+
+def _study_to_measure(path: Path, options: Options) -> Study:
     study = load_study(path, options.selection)
-    measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
-    if not measured.series and not any(one.kind is Kind.CHART for one in study.series):
+    if not any(one.kind in (*MEASURED_KINDS, Kind.CHART) for one in study.series):
         raise UsageError(
             f"{path} holds no flat, dark, bias or chart frames to measure; name the folders flat, dark, bias and "
             "chart, or write a study.toml with `fullwell index`"
         )
+    return study
+
+
+def _measure(
+    study: Study,
+    *,
+    options: Options,
+    progress: Progress | None,
+    folder: Path | None,
+    cache: SeriesCache | None = None,
+    cluster: Cluster | None = None,
+) -> Measurement:
+    """Measure a study, finished series from a cache where there is one, frames read by a cluster where there is one."""
+    measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
     tile = options.tile or default_tile(study)
     beside = None if folder is None else folder.parent
     with tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch:

@@ -1,8 +1,8 @@
 """Maps that hold a sensor's fixed pattern: linear combinations of the means of its bursts (METHOD 5.1, 5.2).
 
 Three maps are made of the flats of one ISO that are neither saturated nor single frames: the *stack*, all flats
-weighted by signal over variance, less the mean dark frame; and the *slope* and the *intercept* of each pixel's
-response against exposure. `floor_of` says how much temporal noise each keeps.
+weighted by signal over variance, less the mean dark frame of their exposure; and the *slope* and the *intercept* of
+each pixel's response against exposure. `floor_of` says how much temporal noise each keeps.
 """
 
 from collections.abc import Mapping, Sequence
@@ -101,37 +101,51 @@ def linear_flats(bursts: IsoBursts, level: ChannelLevels, transfer: ChannelTrans
     )
 
 
-def matching_dark(
+def stacked(
     bursts: IsoBursts, flats: Sequence[Burst], channel: str, *, weights: NDArray[np.float64]
-) -> tuple[Burst, NDArray[np.float64]] | None:
-    """Return the unlit burst to set against flats, and the share of each flat in their stack.
+) -> Combination | None:
+    """Return the mean flat less the mean dark frame of its exposure; None where no unlit burst is fit for that.
 
-    The stack's dark current is that of the flats' mean exposure, each counted by its share, so the burst of two frames
-    or more with the exposure nearest to that is taken. One much longer than all of them brings the pattern of its dark
-    current with it and is not taken.
+    The dark current of the mean flat is that of the flats' mean exposure, each counted by its share. Unlit bursts of
+    two frames or more on either side of it are mixed to that exposure; with one side alone the nearest is taken. One
+    much longer than all flats brings the pattern of its dark current with it and is not taken on its own.
 
     Parameters
     ----------
     bursts, flats, channel
         Of one ISO, and one channel.
     weights
-        What a share is in proportion to, beside the signal: frames over variance, shape (flats,).
+        What the share of a flat is in proportion to, beside its signal: frames over variance, shape (flats,).
 
     """
     usable = _steady(bursts, channel)
     if not usable or not flats:
         return None
-    means = np.array([burst.plane(channel).mean for burst in flats])
     exposures_s = np.array([burst.exposure_s for burst in flats])
+    shortest = usable[0].plane(channel).mean
+    shares = weights * np.maximum([burst.plane(channel).mean - shortest for burst in flats], 0.0)
+    if not shares.any():
+        return None
+    shares /= shares.sum()
+    darks = _darks_at(float(shares @ exposures_s), usable)
+    if min(burst.exposure_s for burst, _ in darks) > MOST_BEYOND * exposures_s.max():
+        return None
+    return Combination(
+        bursts=(*flats, *(burst for burst, _ in darks)),
+        coefficients=np.append(shares, [-share for _, share in darks]),
+        steady=usable[0],
+    )
 
-    def shares(dark: Burst) -> NDArray[np.float64]:
-        parts = weights * np.maximum(means - dark.plane(channel).mean, 0.0)
-        return parts / parts.sum() if parts.any() else parts
 
-    stacked_s = float(shares(usable[0]) @ exposures_s)
-    nearest = min(usable, key=lambda burst: (abs(burst.exposure_s - stacked_s), -burst.frames))
-    found = shares(nearest)
-    return (nearest, found) if nearest.exposure_s <= MOST_BEYOND * exposures_s.max() and found.any() else None
+def _darks_at(exposure_s: float, usable: Sequence[Burst]) -> list[tuple[Burst, float]]:
+    """Return what is mixed to a dark frame of an exposure, and how much of each; ``usable`` ascends by exposure."""
+    shorter = [burst for burst in usable if burst.exposure_s <= exposure_s]
+    longer = [burst for burst in usable if burst.exposure_s > exposure_s]
+    if not (shorter and longer):
+        return [(min(usable, key=lambda burst: (abs(burst.exposure_s - exposure_s), -burst.frames)), 1.0)]
+    before = max(shorter, key=lambda burst: (burst.exposure_s, burst.frames))
+    share = (exposure_s - before.exposure_s) / (longer[0].exposure_s - before.exposure_s)
+    return [(before, 1.0 - share), (longer[0], share)]
 
 
 def _steady(bursts: IsoBursts, channel: str) -> tuple[Burst, ...]:
@@ -198,11 +212,10 @@ def _combinations(bursts: IsoBursts, level: ChannelLevels, flats: Sequence[Burst
     weights = np.array([plane.frames / plane.temporal_variance for plane in planes if plane.temporal_variance > 0.0])
     if not flats or weights.size < len(flats):
         return found
-    matched = matching_dark(bursts, flats, level.channel, weights=weights)
+    stack = stacked(bursts, flats, level.channel, weights=weights)
+    if stack is not None:
+        found[STACK] = stack
     steady = next(iter(_steady(bursts, level.channel)), None)
-    if matched is not None:
-        dark, shares = matched
-        found[STACK] = Combination(bursts=(*flats, dark), coefficients=np.append(shares, -1.0), steady=steady)
     exposures_s = [burst.exposure_s for burst in flats]
     if len(set(exposures_s)) > 1:
         slope, intercept = line_coefficients(exposures_s, weights.tolist())

@@ -52,7 +52,7 @@ class SecondReading:
     pairs
         The unlit pair and the lit one, as far as there are such.
     masked
-        Masked pixels by channel; empty where the files have none.
+        Masked pixels by channel, of the unlit frames, else of the lit ones; empty where the files have none.
 
     """
 
@@ -61,17 +61,20 @@ class SecondReading:
 
 
 def read_again(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> SecondReading:
-    """Read two frames of the shortest unlit burst and two of the brightest flats that do not clip."""
-    chosen = (choose_burst(bursts), _brightest(bursts, whites))
+    """Read two frames of the shortest unlit burst and two of the brightest flats that do not clip.
+
+    Masked pixels count in the unlit frames, if there are such: in longer exposures they hold dark current.
+    """
     pairs: list[PairLook] = []
-    masked: list[tuple[MaskedSums, ...]] = []
-    for burst in chosen:
+    frames: list[tuple[MaskedSums, ...]] = []
+    for burst in (choose_burst(bursts), _brightest(bursts, whites)):
         if burst is None:
             continue
+        masked: list[tuple[MaskedSums, ...]] = []
         look = _look(burst, masked)
         if look is not None:
             pairs.append(look)
-    frames = [one for one in masked if one]
+        frames = frames or [one for one in masked if one]
     return SecondReading(pairs=tuple(pairs), masked=masked_area(frames, bursts.channels) if frames else ())
 
 

@@ -9,7 +9,7 @@ from scipy.special import stdtr
 
 from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
-from fullwell.units import DN, PERCENT
+from fullwell.units import DN, PERCENT, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
@@ -36,10 +36,10 @@ def measure_steadiness(
         )
         findings.append(Finding(code="drift", severity=Severity.WARNING, message=message))
     findings += _flicker_findings(bursts)
-    known = [transfer for level, transfer in zip(levels, transfers, strict=True) if level.black is not None]
+    known = [(one, level.black) for level, one in zip(levels, transfers, strict=True) if level.black is not None]
     findings += _exposure_findings(bursts, known)
     curves = [_frame_means(bursts, every)] if every else []
-    curves += [_response(bursts, transfer) for transfer in known if _lit(bursts, transfer)]
+    curves += [_response(bursts, transfer) for transfer, _ in known if _lit(bursts, transfer)]
     return Section(findings=tuple(findings), curves=tuple(curves))
 
 
@@ -102,32 +102,43 @@ def _lit(bursts: IsoBursts, transfer: ChannelTransfer) -> list[TransferPoint]:
     ]
 
 
-def deviations(points: Sequence[TransferPoint]) -> list[tuple[float, float]]:
+def deviations(points: Sequence[TransferPoint], *, black_error_dn: float = 0.0) -> list[tuple[float, float]]:
     """Return how far each point lies off the proportion of signal to exposure, and one standard error of that.
 
-    The proportion is the median over the longer half of the exposures; the error is the scatter of frame means.
+    The proportion is the median over the longer half of the exposures. The error is what the scatter of frame means
+    leaves of the point and of those that make the median, and what the error of the black level does to both [DN].
     """
-    rates = [point.plane_signal_dn / point.burst.exposure_s for point in points]
-    longer = sorted(range(len(points)), key=lambda i: points[i].burst.exposure_s)[len(points) // 2 :]
-    reference = float(np.median([rates[i] for i in longer]))
+    signals = np.array([point.plane_signal_dn for point in points])
+    exposures_s = np.array([point.burst.exposure_s for point in points])
+    rates = signals / exposures_s
+    longer = np.argsort(exposures_s, kind="stable")[len(points) // 2 :]
+    ordered = longer[np.argsort(rates[longer], kind="stable")]
+    middle = ordered[(ordered.size - 1) // 2 : ordered.size // 2 + 1]
+    share = np.where(np.isin(np.arange(len(points)), middle), 1.0 / middle.size, 0.0)
+    reference = float(share @ rates)
+    known = [point.burst.plane(point.channel).mean_std_error for point in points]
+    errors_dn = np.array([error or 0.0 for error in known])
     found: list[tuple[float, float]] = []
-    for point, rate in zip(points, rates, strict=True):
-        error = point.burst.plane(point.channel).mean_std_error
-        error = math.inf if error is None else error
-        found.append((rate / reference - 1.0, error / point.plane_signal_dn))
+    for index, rate in enumerate(rates):
+        by_signal = -share * rate / reference
+        by_signal[index] += 1.0
+        by_signal /= reference * exposures_s
+        error = math.hypot(*(by_signal * errors_dn), black_error_dn * float(by_signal.sum()))
+        found.append((float(rate) / reference - 1.0, math.inf if known[index] is None else error))
     return found
 
 
-def _exposure_findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[Finding, ...]:
+def _exposure_findings(bursts: IsoBursts, known: Sequence[tuple[ChannelTransfer, Measured]]) -> tuple[Finding, ...]:
     lights = {(burst.exposure_s, burst.series.photons) for burst in bursts.flats}
     if len(lights) > len({exposure_s for exposure_s, _photons in lights}):
         return ()  # the light was varied, not the time
     said: dict[float, float] = {}
-    for transfer in transfers:
+    for transfer, black in known:
         points = [point for point in _lit(bursts, transfer) if point.plane_signal_dn > 0.0]
         if len(points) < 3:
             continue
-        for point, (deviation, error) in zip(points, deviations(points), strict=True):
+        off = deviations(points, black_error_dn=black.std_error or 0.0)
+        for point, (deviation, error) in zip(points, off, strict=True):
             if abs(deviation) > max(SMALLEST_DEVIATION, 4.0 * error):
                 worst = said.get(point.burst.exposure_s, 0.0)
                 said[point.burst.exposure_s] = max(deviation, worst, key=abs)

@@ -1,5 +1,9 @@
 """A folder is replaced whole or not at all; what stood there is deleted only when the new one stands in its place."""
 
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -79,3 +83,49 @@ def test_a_document_of_ours_is_told_by_its_schema(tmp_path, text, ours):
     (tmp_path / "a.json").write_text(text)
     assert holds_document(tmp_path, "a.json", schema="a/1") is ours
     assert not holds_document(tmp_path / "missing", "a.json", schema="a/1")
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from fullwell.files import replaced_folder
+moment, out = sys.argv[1], Path(sys.argv[2])
+rename = Path.rename
+def killed(self, target):
+    if self.name == "fresh":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return rename(self, target)
+Path.rename = killed
+with replaced_folder(out) as fresh:
+    (fresh / "new").write_text("new")
+    if moment == "filling":
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def age(tmp_path):
+    for left in tmp_path.glob(".out-*.partial"):
+        os.utime(left, (1e9, 1e9))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders cannot be held there")
+@pytest.mark.parametrize("moment", ["filling", "renaming"])
+def test_what_a_killed_process_left_is_removed_and_what_stood_there_comes_back(tmp_path, out, moment):
+    done = subprocess.run([sys.executable, "-c", KILLED, moment, str(out)], check=False, timeout=60)
+    assert done.returncode == -signal.SIGKILL
+    assert out.exists() == (moment == "filling")
+    age(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        replace(out, failure=KeyboardInterrupt)
+    assert contents(out) == {"former": "years of work"}
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders cannot be held there")
+def test_what_another_process_is_at_work_on_is_left_alone(tmp_path, out):
+    with replaced_folder(out) as fresh:
+        age(tmp_path)
+        replace(out)
+        (fresh / "newer").write_text("newer")
+    assert contents(out) == {"newer": "newer"}
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]

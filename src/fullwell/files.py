@@ -1,11 +1,19 @@
 """Folders that appear whole or not at all, and that replace nothing but what we wrote ourselves."""
 
+import glob
 import json
+import os
+import shutil
+import sys
 import tempfile
+import time
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import cast
+from typing import Final, cast
+
+_YOUNG_S: Final = 60.0
+"""A folder in the making that is younger may not be held yet [s]."""
 
 
 @contextmanager
@@ -13,7 +21,7 @@ def replaced_folder(out: Path) -> Generator[Path]:
     """Provide an empty folder that takes the place of ``out`` where the block ends without an exception.
 
     Whatever goes wrong, and whenever, what was at ``out`` before is there afterwards. It is deleted only when the new
-    folder stands in its place.
+    folder stands in its place. What a process that was killed left of an earlier try is deleted first.
 
     Parameters
     ----------
@@ -28,9 +36,14 @@ def replaced_folder(out: Path) -> Generator[Path]:
     """
     target = out.resolve()
     target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(
-        prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
-    ) as workshop:
+    for left in target.parent.glob(f".{glob.escape(target.name)}-*.partial"):
+        _remove_abandoned(left, target)
+    with (
+        tempfile.TemporaryDirectory(
+            prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
+        ) as workshop,
+        _held(Path(workshop)),
+    ):
         fresh = Path(workshop) / "fresh"
         fresh.mkdir()
         yield fresh
@@ -45,6 +58,40 @@ def replaced_folder(out: Path) -> Generator[Path]:
             raise
         if former.exists():
             former.rename(Path(workshop) / "former")
+
+
+@contextmanager
+def _held(folder: Path) -> Generator[bool]:
+    """Hold a folder until the block ends or the process dies, and tell whether it is held: not every system can."""
+    if sys.platform == "win32":
+        yield False
+        return
+    import fcntl  # noqa: PLC0415 - not everywhere
+
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            held = True
+        except OSError:
+            held = False
+        yield held
+    finally:
+        os.close(descriptor)
+
+
+def _remove_abandoned(folder: Path, target: Path) -> None:
+    """Remove a folder in the making that no process holds any more; what it was to replace goes back to its place."""
+    with suppress(OSError):
+        if time.time() - folder.stat().st_mtime <= _YOUNG_S:
+            return
+        with _held(folder) as abandoned:
+            if not abandoned:
+                return
+            former = Path(f"{folder}.former")
+            if former.exists():
+                former.rename(folder / "former" if target.exists() else target)
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def holds_document(folder: Path, name: str, *, schema: str) -> bool:

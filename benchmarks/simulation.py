@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.studies import BLACK, HEIGHT, WHITE, WIDTH
 from benchmarks.timing import Comparison, medians
-from fullwell.kernels.random import Draws, normal, poisson
+from fullwell.kernels.random import Draws, add_normal, poisson
 from fullwell.model.sensor import SensorParameters
 from fullwell.simulate.camera import Surroundings, build, take
 from fullwell.simulate.geometry import tiles
@@ -96,9 +96,8 @@ def noise(level: float, frame: int) -> NDArray[np.float64]:
     for tile in tiles(HEIGHT, WIDTH):
         first = tile.top * WIDTH
         charge = poisson(np.full(tile.shape, level), Draws(seed=1, stream=3, frame=frame, first=first, stride=WIDTH))
-        read = normal(tile.shape, Draws(seed=1, stream=4, frame=frame, first=first, stride=WIDTH))
-        read *= READ_NOISE
-        np.add(charge, read, out=out[tile.window])
+        add_normal(charge, READ_NOISE, Draws(seed=1, stream=4, frame=frame, first=first, stride=WIDTH))
+        out[tile.window] = charge
     return out
 
 

@@ -314,7 +314,7 @@ def test_a_frame_takes_its_own_memory_and_a_few_tiles() -> None:
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    tile_bytes = 8 * 32768
+    tile_bytes = 8 * 131072
     assert peak < mosaic.nbytes + 10 * tile_bytes
 
 

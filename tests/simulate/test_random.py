@@ -35,6 +35,13 @@ def test_normal_numbers_equal_their_twin() -> None:
     assert np.array_equal(random.normal((40, 150), DRAWS), random_twin.normal((40, 150), DRAWS))
 
 
+def test_normal_numbers_are_added_as_they_are_made() -> None:
+    array = np.linspace(-3.0, 3.0, 40 * 650).reshape(40, 650)
+    expected = array + 2.5 * random.normal(array.shape, DRAWS)
+    random.add_normal(array, 2.5, DRAWS)
+    assert np.array_equal(array, expected)
+
+
 @pytest.mark.parametrize("mean", [0.0, 0.1, 3.0, 9.999, 10.0, 41.0, 1000.0, 1e5])
 def test_poisson_numbers_equal_their_twin(mean: float) -> None:
     means = np.full((16, 150), mean)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.random_normal import fill_normal
+from fullwell.kernels.random_normal import add_scaled_normal, fill_normal
 from fullwell.kernels.random_poisson import fill_poisson
 from fullwell.kernels.random_words import FloatArray
 
@@ -64,6 +64,22 @@ def normal(shape: tuple[int, int], draws: Draws) -> FloatArray:
     out = np.empty(shape)
     fill_normal(draws.key(), draws.first, draws.stride, out)
     return out
+
+
+def add_normal(array: FloatArray, scale: float, draws: Draws) -> None:
+    """Add normal numbers of mean 0 and of one standard deviation to an array, in place.
+
+    Parameters
+    ----------
+    array
+        Shape (rows, columns), of any unit; the numbers are those of `normal`.
+    scale
+        Standard deviation, of the same unit.
+    draws
+        Which numbers.
+
+    """
+    add_scaled_normal(draws.key(), draws.first, draws.stride, scale, array)
 
 
 def poisson(mean: FloatArray, draws: Draws) -> FloatArray:

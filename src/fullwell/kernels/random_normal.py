@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fullwell.kernels.random_words import CHUNK, FloatArray, Words, drawn, fill_words, unit
+from fullwell.kernels.random_words import CHUNK, FloatArray, Words, drawn, fill_words, from_one, unit
 
 
 def ziggurat() -> tuple[FloatArray, FloatArray]:
@@ -44,7 +44,7 @@ def layer_candidate(word: np.uint64, fraction: float) -> tuple[float, bool]:
     """Return the signed candidate in the layer that a word chooses, and whether it lies in the core."""
     layer = word & _LAYER
     distance = fraction * _EDGES[layer]
-    sign = 1.0 - 2.0 * np.float64(np.int64((word >> _SIGN) & np.uint64(1)))
+    sign = from_one(word >> _SIGN << np.uint64(63))
     return sign * distance, distance < _EDGES[layer + np.uint64(1)]
 
 
@@ -100,3 +100,17 @@ def fill_normal(key: Words, first: int, stride: int, out: FloatArray) -> None:
         for left in range(0, columns, CHUNK):
             right = min(left + CHUNK, columns)
             _fill_chunk(key, first + row * stride + left, words, inside, out[row, left:right])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def add_scaled_normal(key: Words, first: int, stride: int, scale: float, out: FloatArray) -> None:
+    """Add to a rectangle the multiples of standard normal numbers."""
+    rows, columns = out.shape
+    words, inside, chunk = np.empty(CHUNK + 2, dtype=np.uint64), np.empty(CHUNK, dtype=np.bool_), np.empty(CHUNK)
+    for row in range(rows):
+        for left in range(0, columns, CHUNK):
+            size = min(CHUNK, columns - left)
+            _fill_chunk(key, first + row * stride + left, words, inside, chunk[:size])
+            line = out[row, left : left + size]
+            for i in range(size):
+                line[i] += scale * chunk[i]

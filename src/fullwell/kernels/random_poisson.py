@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fullwell.kernels.random_normal import layer_candidate, settled
-from fullwell.kernels.random_words import CHUNK, FloatArray, Words, drawn, fill_words, unit
+from fullwell.kernels.random_words import CHUNK, FloatArray, Words, drawn, fill_words, from_one, unit
 
 _SMALL_MEAN: Final = 10.0
 _LONGEST_SEARCH: Final = 200
@@ -24,13 +24,13 @@ _FACTORIALS: Final = np.array([math.factorial(k) for k in range(10)], dtype=np.f
 @njit(cache=True, inline="always")
 def _place(word: np.uint64) -> float:
     """Return the upper 40 bits of a word as a number strictly between 0 and 1."""
-    return (np.float64(np.int64(word >> np.uint64(24))) + 0.5) * 2.0**-40
+    return from_one(word >> np.uint64(24) << np.uint64(12)) - (1.0 - 2.0**-41)
 
 
 @njit(cache=True, inline="always")
 def _beginning(word: np.uint64) -> float:
     """Return 13 bits that nothing else uses as a number from 0 to below 1: the uniform number at least."""
-    return np.float64(np.int64((word >> np.uint64(11)) & np.uint64(0x1FFF))) * 2.0**-13
+    return from_one((word >> np.uint64(11) & np.uint64(0x1FFF)) << np.uint64(39)) - 1.0
 
 
 @njit(cache=True, inline="always", error_model="numpy")

@@ -23,6 +23,7 @@ _MULTIPLIER_0: Final = np.uint64(0xD2511F53)
 _MULTIPLIER_1: Final = np.uint64(0xCD9E8D57)
 _WEYL_0: Final = np.uint64(0x9E3779B9)
 _WEYL_1: Final = np.uint64(0xBB67AE85)
+_ONE: Final = np.uint64(0x3FF0000000000000)  # the bits of 1.0
 
 
 @njit(cache=True, inline="always")
@@ -43,9 +44,15 @@ def philox(  # noqa: PLR0917 - compiled functions take their words by position
 
 
 @njit(cache=True, inline="always")
+def from_one(fraction: np.uint64) -> float:
+    """Return the number from 1 to below 2 that has these 52 bits behind its point: no conversion, so many at once."""
+    return np.uint64(fraction | _ONE).view(np.float64)
+
+
+@njit(cache=True, inline="always")
 def unit(word: np.uint64) -> float:
-    """Return the upper 52 bits of a word as a number strictly between 0 and 1."""
-    return (np.float64(np.int64(word >> np.uint64(12))) + 0.5) * 2.0**-52
+    """Return the upper 52 bits of a word as a number strictly between 0 and 1: the middle of its step, exactly."""
+    return from_one(word >> np.uint64(12)) - (1.0 - 2.0**-53)
 
 
 @njit(cache=True, error_model="numpy")

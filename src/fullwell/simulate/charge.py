@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from fullwell.kernels.fixed_patterns import multiply_by_response
 from fullwell.kernels.random import poisson
 from fullwell.simulate.geometry import Stream
-from fullwell.simulate.individual import Pattern
 from fullwell.simulate.shot import FloatArray, Shot
 
 
@@ -22,7 +22,7 @@ def collected(expected: FloatArray, shot: Shot) -> FloatArray:
 
     """
     if shot.exposure.electrons:
-        expected *= _response(shot)
+        _respond(expected, shot)
     expected += _dark_electrons(shot)
     return poisson(expected, shot.draws(Stream.CHARGE))
 
@@ -82,18 +82,18 @@ def held(charge: FloatArray, shot: Shot) -> FloatArray:
     return filled
 
 
-def _response(shot: Shot) -> Pattern:
-    """Return the response of each pixel relative to the mean of its CFA plane, never below 0 [1]."""
+def _respond(expected: FloatArray, shot: Shot) -> None:
+    """Multiply by the response of each pixel relative to the mean of its CFA plane, never below 0, in place."""
     sensor, individual, window = shot.sensor, shot.camera.individual, shot.tile.window
-    response = np.ones((1, 1), dtype=np.float32)
-    if sensor.prnu:
-        response = individual.prnu[window] * np.float32(sensor.prnu)
-        response += np.float32(1.0)
+    rows, columns = (np.zeros(length) for length in expected.shape)
     if sensor.prnu_row:
-        response = response + np.float32(sensor.prnu_row) * individual.prnu_row[window[0]]
+        rows += sensor.prnu_row * individual.prnu_row[window[0], 0]
     if sensor.prnu_column:
-        response = response + np.float32(sensor.prnu_column) * individual.prnu_column[:, window[1]]
-    return np.maximum(response, np.float32(0.0))
+        columns += sensor.prnu_column * individual.prnu_column[0, window[1]]
+    if sensor.prnu:
+        multiply_by_response(sensor.prnu, individual.prnu[window], rows, columns, expected)
+    elif sensor.prnu_row or sensor.prnu_column:
+        expected *= np.maximum(1.0 + rows[:, np.newaxis] + columns, 0.0)
 
 
 def _dark_electrons(shot: Shot) -> FloatArray | float:

@@ -86,7 +86,7 @@ class Margins:
         return tuple(area for area in every if area.bottom > area.top and area.right > area.left)
 
 
-def tiles(height: int, width: int, *, pixels: int = 32768) -> Iterator[Tile]:
+def tiles(height: int, width: int, *, pixels: int = 131072) -> Iterator[Tile]:
     """Yield bands of whole rows that cover a mosaic, each of about ``pixels`` pixels."""
     rows = max(1, pixels // width)
     for top in range(0, height, rows):

@@ -68,8 +68,7 @@ def illumination(light: FloatArray, shot: Shot) -> FloatArray:
     """
     camera = shot.camera
     lens = camera.lens[shot.tile.window]
-    seen = lens.astype(np.float64)
-    seen *= light
+    seen = np.multiply(lens, light, dtype=np.float64)
     if not camera.flare:
         return seen
     shot.add_by_site(seen, tuple(camera.flare * response for response in shot.sensor.response))

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fullwell.kernels.random import normal
+from fullwell.kernels.fixed_patterns import add_pattern
+from fullwell.kernels.random import add_normal, normal
 from fullwell.simulate.geometry import Stream
 from fullwell.simulate.shot import FloatArray, Shot
 
@@ -35,24 +36,15 @@ def read_out(charge: FloatArray, shot: Shot) -> FloatArray:
         What is taken.
 
     """
-    sensor, tile = shot.sensor, shot.tile
-    rows, columns = tile.shape
+    sensor = shot.sensor
     if sensor.read_noise:
-        signal = normal(tile.shape, shot.draws(Stream.READ_NOISE))
-        signal *= sensor.read_noise
-        signal += charge
+        add_normal(charge, sensor.read_noise, shot.draws(Stream.READ_NOISE))
+    rows, columns = _row_offsets(shot), _column_offsets(shot)
+    if sensor.dsnu:
+        add_pattern(sensor.dsnu, shot.camera.individual.dsnu[shot.tile.window], rows, columns, charge)
     else:
-        signal = charge.copy()
-    if sensor.read_noise_row:
-        row_draws = shot.line_draws(Stream.READ_NOISE_ROW, tile.top)
-        signal += sensor.read_noise_row * normal((1, rows), row_draws).T
-    if sensor.read_noise_column:
-        column_draws = shot.line_draws(Stream.READ_NOISE_COLUMN, tile.left)
-        signal += sensor.read_noise_column * normal((1, columns), column_draws)
-    if sensor.read_noise_frame:
-        frame_draws = shot.line_draws(Stream.READ_NOISE_FRAME, 0)
-        signal += sensor.read_noise_frame * normal((1, 1), frame_draws)
-    return _jumped(_offset(signal, shot), shot)
+        charge += rows[:, np.newaxis] + columns
+    return _jumped(charge, shot)
 
 
 def amplified(signal: FloatArray, shot: Shot) -> FloatArray:
@@ -70,24 +62,41 @@ def amplified(signal: FloatArray, shot: Shot) -> FloatArray:
     signal *= sensor.system_gain_at(shot.exposure.iso)
     if not sensor.read_noise_post:
         return signal
-    noise = normal(shot.tile.shape, shot.draws(Stream.READ_NOISE_POST))
-    noise *= sensor.read_noise_post
+    draws = shot.draws(Stream.READ_NOISE_POST)
     if sensor.dual_conversion_ratio:
+        noise = normal(signal.shape, draws)
+        noise *= sensor.read_noise_post
         noise[signal < sensor.knee] /= sensor.dual_conversion_ratio
-    noise += signal
-    return noise
-
-
-def _offset(signal: FloatArray, shot: Shot) -> FloatArray:
-    """Add the fixed offsets of pixels, rows and columns [e-]."""
-    sensor, individual, window = shot.sensor, shot.camera.individual, shot.tile.window
-    if sensor.dsnu:
-        signal += np.float32(sensor.dsnu) * individual.dsnu[window]
-    if sensor.dsnu_row:
-        signal += sensor.dsnu_row * individual.dsnu_row[window[0]]
-    if sensor.dsnu_column:
-        signal += sensor.dsnu_column * individual.dsnu_column[:, window[1]]
+        signal += noise
+    else:
+        add_normal(signal, sensor.read_noise_post, draws)
     return signal
+
+
+def _row_offsets(shot: Shot) -> FloatArray:
+    """Return what each row adds: its noise and its fixed offset, with the noise of the frame [e-]."""
+    sensor, tile = shot.sensor, shot.tile
+    offsets = np.zeros(tile.shape[0])
+    if sensor.read_noise_frame:
+        offsets += sensor.read_noise_frame * normal((1, 1), shot.line_draws(Stream.READ_NOISE_FRAME, 0))[0]
+    if sensor.read_noise_row:
+        draws = shot.line_draws(Stream.READ_NOISE_ROW, tile.top)
+        offsets += sensor.read_noise_row * normal((1, offsets.size), draws)[0]
+    if sensor.dsnu_row:
+        offsets += sensor.dsnu_row * shot.camera.individual.dsnu_row[tile.window[0], 0]
+    return offsets
+
+
+def _column_offsets(shot: Shot) -> FloatArray:
+    """Return what each column adds: its noise and its fixed offset [e-]."""
+    sensor, tile = shot.sensor, shot.tile
+    offsets = np.zeros(tile.shape[1])
+    if sensor.read_noise_column:
+        draws = shot.line_draws(Stream.READ_NOISE_COLUMN, tile.left)
+        offsets += sensor.read_noise_column * normal((1, offsets.size), draws)[0]
+    if sensor.dsnu_column:
+        offsets += sensor.dsnu_column * shot.camera.individual.dsnu_column[0, tile.window[1]]
+    return offsets
 
 
 def _jumped(signal: FloatArray, shot: Shot) -> FloatArray:

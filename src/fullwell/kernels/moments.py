@@ -75,7 +75,7 @@ class FrameSums(NamedTuple):
     tiles: NDArray[np.uint64]
 
 
-class _Extremes(NamedTuple):
+class Extremes(NamedTuple):
     """Lowest and highest code of each column of a band, by phase of the row, shape (cell, width)."""
 
     lowest: NDArray[np.uint16]
@@ -147,7 +147,7 @@ def _count_four(x: tuple[NDArray[np.uint16], ...], code: NDArray[np.uint16], n: 
 
 
 @njit(cache=True, nogil=True)
-def _add_margins(x: NDArray[np.uint16], columns: NDArray[np.uint32], row: NDArray[np.uint64]) -> None:
+def add_margins(x: NDArray[np.uint16], columns: NDArray[np.uint32], row: NDArray[np.uint64]) -> None:
     """Add a row of one frame to its column sums, and its sum by phase of the column to ``row``."""
     for c in range(x.size):
         columns[c] = columns[c] + np.uint32(x[c])
@@ -163,7 +163,7 @@ def _add_margins(x: NDArray[np.uint16], columns: NDArray[np.uint32], row: NDArra
 
 
 @njit(cache=True, nogil=True)
-def _close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint64], tiles: NDArray[np.uint64]) -> None:
+def close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint64], tiles: NDArray[np.uint64]) -> None:
     """Gather a band's column sums of one frame into ``tiles``, shape (sites, tile rows, tile columns)."""
     cell, step = band.cell, band.cell * band.tile
     tile_row = band.top // step
@@ -179,7 +179,7 @@ def _close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint6
 
 
 @njit(cache=True, nogil=True)
-def _close_extremes(extremes: _Extremes, band: Band, series: SeriesSums) -> None:
+def close_extremes(extremes: Extremes, band: Band, series: SeriesSums) -> None:
     """Merge the extremes of a band's columns into those of its tiles, and write these over the columns'.
 
     Where a tile has a new extreme, its count begins at nothing.
@@ -206,10 +206,10 @@ def _close_extremes(extremes: _Extremes, band: Band, series: SeriesSums) -> None
 
 
 @njit(cache=True, nogil=True)
-def _extremes(stack: Stack, band: Band) -> _Extremes:
+def extremes_of(stack: Stack, band: Band) -> Extremes:
     """Return the extreme codes of each column of a band."""
     width, count, cell = stack.width, stack.starts.size, band.cell
-    found = _Extremes(np.full((cell, width), _TOP_CODE, np.uint16), np.zeros((cell, width), np.uint16))
+    found = Extremes(np.full((cell, width), _TOP_CODE, np.uint16), np.zeros((cell, width), np.uint16))
     for row in range(band.top, band.bottom):
         lowest, highest = found.lowest[row % cell], found.highest[row % cell]
         at = stack.starts + row * width
@@ -233,7 +233,7 @@ def _four_rows(stack: Stack, at: NDArray[np.int64], f: int) -> tuple[NDArray[np.
 
 
 @njit(cache=True, nogil=True)
-def _close_counts(n_low: NDArray[np.uint16], n_high: NDArray[np.uint16], band: Band, series: SeriesSums) -> None:
+def close_counts(n_low: NDArray[np.uint16], n_high: NDArray[np.uint16], band: Band, series: SeriesSums) -> None:
     """Gather how often the extremes of each tile occur in the columns of a band."""
     cell, step = band.cell, band.cell * band.tile
     for phase in range(cell):
@@ -264,8 +264,8 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
 
     """
     width, count, cell = stack.width, stack.starts.size, band.cell
-    extremes = _extremes(stack, band)
-    _close_extremes(extremes, band, series)
+    extremes = extremes_of(stack, band)
+    close_extremes(extremes, band, series)
     narrow = extremes.highest.max() <= _NARROW
     columns = np.zeros((count, cell, width), np.uint32)
     n_low, n_high = np.zeros((cell, width), np.uint16), np.zeros((cell, width), np.uint16)
@@ -292,10 +292,43 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
                 add_one(x_f, codes, squares)
                 _count_one(x_f, low, n_low[phase])
                 _count_one(x_f, high, n_high[phase])
-            _add_margins(x_f, columns[f, phase], frames.rows[f, row])
+            add_margins(x_f, columns[f, phase], frames.rows[f, row])
     for f in range(count):
-        _close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
-    _close_counts(n_low, n_high, band, series)
+        close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
+    close_counts(n_low, n_high, band, series)
+
+
+@njit(cache=True, nogil=True)
+def count_row(x: NDArray[np.uint16], even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
+    """Count the codes of a row, by phase of the column."""
+    for c in range(x.size // 2):
+        even[x[2 * c]] += 1
+        odd[x[2 * c + 1]] += 1
+    if x.size % 2:
+        even[x[x.size - 1]] += 1
+
+
+@njit(cache=True, nogil=True)
+def count_rows(x: NDArray[np.uint16], y: NDArray[np.uint16], of_x: NDArray[np.int64], of_y: NDArray[np.int64]) -> None:
+    """Count the codes of two rows side by side: a code that comes again waits for its own count alone.
+
+    Parameters
+    ----------
+    x, y
+        The rows.
+    of_x, of_y
+        Counts of each, by phase of the column, shape (2, 65536), added to.
+
+    """
+    x_even, x_odd, y_even, y_odd = of_x[0], of_x[1], of_y[0], of_y[1]
+    for c in range(x.size // 2):
+        x_even[x[2 * c]] += 1
+        y_even[y[2 * c]] += 1
+        x_odd[x[2 * c + 1]] += 1
+        y_odd[y[2 * c + 1]] += 1
+    if x.size % 2:
+        x_even[x[x.size - 1]] += 1
+        y_even[y[x.size - 1]] += 1
 
 
 @njit(cache=True, nogil=True)
@@ -307,17 +340,16 @@ def count_codes(stack: Stack, band: Band, histogram: NDArray[np.int64]) -> None:
     stack, band
         Frames and rows.
     histogram
-        Shape (sites, 65536), added to.
+        By phase of the row and of the column in a cell of two, whatever the mosaic's, shape (2, 2, 65536); added to.
 
     """
-    width, cell = stack.width, band.cell
-    for row in range(band.top, band.bottom):
-        even = histogram[row % cell * cell]
-        odd = histogram[row % cell * cell + cell - 1]
-        for start in stack.starts:
-            x = stack.codes[start + row * width : start + (row + 1) * width]
-            for c in range(width // 2):
-                even[x[2 * c]] += 1
-                odd[x[2 * c + 1]] += 1
-            if width % 2:
-                even[x[width - 1]] += 1
+    width = stack.width
+    for start in stack.starts:
+        for row in range(band.top, band.bottom - 1, 2):
+            x, y = start + row * width, start + (row + 1) * width
+            one, other = histogram[row % 2], histogram[1 - row % 2]
+            count_rows(stack.codes[x : x + width], stack.codes[y : y + width], one, other)
+        if (band.bottom - band.top) % 2:
+            row = band.bottom - 1
+            counts = histogram[row % 2]
+            count_row(stack.codes[start + row * width : start + (row + 1) * width], counts[0], counts[1])

@@ -47,7 +47,8 @@ def _merge_extremes(pixels: NDArray[np.uint64], series: SeriesSums, at: tuple[in
 
 def count_codes(stack: Stack, band: Band, histogram: NDArray[np.int64]) -> None:
     """Count the codes of one band of every frame; see `moments.count_codes`."""
-    x, cell = band_of_frames(stack, band), band.cell
-    for site in range(cell * cell):
-        codes = x[:, site // cell :: cell, site % cell :: cell].ravel().astype(np.int64)
-        histogram[site] += np.bincount(codes, minlength=65536)
+    x = band_of_frames(stack, band)
+    for row in range(2):
+        for column in range(2):
+            codes = x[:, (row - band.top) % 2 :: 2, column::2].ravel().astype(np.int64)
+            histogram[row, column] += np.bincount(codes, minlength=65536)

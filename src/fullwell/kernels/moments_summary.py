@@ -88,7 +88,7 @@ def _spread(codes: NDArray[np.uint32], squares: NDArray[np.uint64], frames: int,
 
 
 @njit(cache=True, nogil=True)
-def _add_temporal(spread: NDArray[np.uint64], squares: NDArray[np.uint64], phase: int, sums: ColumnSums) -> None:
+def add_temporal(spread: NDArray[np.uint64], squares: NDArray[np.uint64], phase: int, sums: ColumnSums) -> None:
     """Add a row to the sums that tell of the scatter over frames."""
     # Two sums to a loop: with more, the compiler no longer proves that they do not overlap, and goes one by one.
     totals, low, high, quartic = sums.squares[phase], sums.low[phase], sums.high[phase], sums.quartic[phase]
@@ -102,7 +102,7 @@ def _add_temporal(spread: NDArray[np.uint64], squares: NDArray[np.uint64], phase
 
 
 @njit(cache=True, nogil=True)
-def _add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
+def add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
     """Add a row to the sums that tell of the scatter over pixels."""
     phase, plane_row = at
     reference = surface.reference[phase]
@@ -119,7 +119,7 @@ def _add_spatial(codes: NDArray[np.uint32], at: tuple[int, int], surface: Surfac
 
 
 @njit(cache=True, nogil=True)
-def _add_four_temporal(
+def add_four_temporal(
     d: tuple[NDArray[np.uint64], ...], q: tuple[NDArray[np.uint64], ...], phase: int, sums: ColumnSums
 ) -> None:
     """Add four rows to the sums that tell of the scatter over frames."""
@@ -137,7 +137,7 @@ def _add_four_temporal(
 
 
 @njit(cache=True, nogil=True)
-def _add_four_spatial(
+def add_four_spatial(
     s: tuple[NDArray[np.uint32], ...], at: tuple[int, int], surface: Surface, sums: ColumnSums
 ) -> None:
     """Add four rows, of which the first is ``at`` of its phase, to the sums that tell of the scatter over pixels."""
@@ -204,15 +204,15 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, c
             _spread(maps.codes[at], maps.squares[at], maps.frames, own)
             _count_spread(own, shift, even, odd)
             if row >= fours:
-                _add_temporal(own, maps.squares[at], phase, sums)
-                _add_spatial(maps.codes[at], (phase, row), surface, sums)
+                add_temporal(own, maps.squares[at], phase, sums)
+                add_spatial(maps.codes[at], (phase, row), surface, sums)
             elif row % 4 == 3:
                 i, j, k = at - 3 * cell, at - 2 * cell, at - cell
                 d = (spread[0], spread[1], spread[2], spread[3])
                 q = (maps.squares[i], maps.squares[j], maps.squares[k], maps.squares[at])
                 s = (maps.codes[i], maps.codes[j], maps.codes[k], maps.codes[at])
-                _add_four_temporal(d, q, phase, sums)
-                _add_four_spatial(s, (phase, row - 3), surface, sums)
+                add_four_temporal(d, q, phase, sums)
+                add_four_spatial(s, (phase, row - 3), surface, sums)
 
 
 @njit(cache=True, nogil=True)

@@ -10,6 +10,8 @@ from fullwell.statistics.finalize import finalize
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.pairs import PairStatistics, pairs_of
 from fullwell.statistics.series import SeriesStatistics
+from fullwell.statistics.tiles import Swept
+from fullwell.statistics.two_frames import add_two
 
 
 class Accumulation:
@@ -33,6 +35,7 @@ class Accumulation:
         self.moments = Moments(layout, every_histogram=unlit)
         self.bursts: tuple[BurstSums, ...] | None = None
         self.pairs: tuple[PairStatistics, ...] | None = None
+        self.swept: Swept | None = None
 
     @property
     def _accumulators(self) -> tuple[Accumulator, ...]:
@@ -49,6 +52,7 @@ class Accumulation:
         self.moments.clear(every_histogram=unlit)
         self.bursts = None
         self.pairs = None
+        self.swept = None
 
     def add(self, batch: Batch, *, first_band: int = 0) -> None:
         """Add frames.
@@ -70,6 +74,10 @@ class Accumulation:
                 addition.add(stack, band)
         for addition in additions:
             addition.commit()
+
+    def add_only_two(self, batch: Batch) -> None:
+        """Add two frames, which are all of the series, and keep no sums of single pixels."""
+        self.swept = add_two(self.moments, batch)
 
     def look_at_pair(self, batch: Batch) -> None:
         """Keep what the first two frames of a batch tell together, where that of none is kept yet."""
@@ -98,4 +106,4 @@ class Accumulation:
 
     def finish(self) -> SeriesStatistics:
         """Return the numbers of the series, which holds at least one frame."""
-        return finalize(self.moments, bursts=self.bursts, pairs=self.pairs)
+        return finalize(self.moments, bursts=self.bursts, pairs=self.pairs, swept=self.swept)

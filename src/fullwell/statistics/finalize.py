@@ -15,7 +15,7 @@ from fullwell.statistics.median import BINS, SpreadHistogram, shift_for
 from fullwell.statistics.moments import Moments
 from fullwell.statistics.pairs import PairStatistics
 from fullwell.statistics.series import Histogram, PlaneStatistics, SeriesStatistics, TileStatistics
-from fullwell.statistics.tiles import SURFACE_TERMS, TileSums, sweep
+from fullwell.statistics.tiles import SURFACE_TERMS, Swept, TileSums, sweep
 
 _NAN = float("nan")
 
@@ -25,6 +25,7 @@ def finalize(
     *,
     bursts: Sequence[BurstSums] | None = None,
     pairs: Sequence[PairStatistics] | None = None,
+    swept: Swept | None = None,
 ) -> SeriesStatistics:
     """Return the statistics of a series.
 
@@ -37,25 +38,35 @@ def finalize(
         more frames than that, and the legacy statistics are None where they are missing then.
     pairs
         The first two frames of each plane, where somebody wants to know of them.
+    swept
+        What a sweep over the maps finds, where it is known already; the maps are not looked at then.
 
     """
-    names, layout = moments.names, moments.layout
+    names = moments.names
     if not names:
         raise ValueError("a series without frames has no statistics")
-    maps = Maps(moments.maps.codes, moments.maps.squares, len(names))
-    shift = shift_for(maps)
-    counts = np.zeros((layout.sites, BINS), np.int64)
-    tiles = sweep(moments, SpreadCounts(counts, shift))
+    swept = swept or _swept(moments)
     if len(names) <= LEGACY_FRAMES:
-        bursts = [_burst(moments, site, sums) for site, sums in enumerate(tiles)]
+        bursts = [_burst(moments, site, sums) for site, sums in enumerate(swept.tiles)]
     planes: list[PlaneStatistics] = []
-    for site, sums in enumerate(tiles):
-        spread = SpreadHistogram(counts=counts[site], shift=shift)
-        median = spread.median(maps, (*divmod(site, layout.cell), layout.cell)) if len(names) > 1 else _NAN
-        plane = _plane(moments, site, sums, median=median, burst=bursts[site] if bursts else None)
+    for site, sums in enumerate(swept.tiles):
+        plane = _plane(moments, site, sums, median=swept.medians[site], burst=bursts[site] if bursts else None)
         planes.append(replace(plane, pair=pairs[site]) if pairs else plane)
     whole = sum(bursts[1:], start=bursts[0]) if bursts else None
     return SeriesStatistics(frames=names, planes=tuple(planes), legacy=whole.legacy() if whole else None)
+
+
+def _swept(moments: Moments) -> Swept:
+    """Return the tile sums and the exact median of D of each plane, from the maps."""
+    layout, frames = moments.layout, len(moments.names)
+    maps = Maps(moments.maps.codes, moments.maps.squares, frames)
+    shift = shift_for(maps)
+    counts = np.zeros((layout.sites, BINS), np.int64)
+    tiles = sweep(moments, SpreadCounts(counts, shift))
+    histograms = [SpreadHistogram(counts=own, shift=shift) for own in counts]
+    sites = [(*divmod(site, layout.cell), layout.cell) for site in range(layout.sites)]
+    medians = [one.median(maps, site) for one, site in zip(histograms, sites, strict=True)] if frames > 1 else []
+    return Swept(tiles=tiles, medians=tuple(medians) or (_NAN,) * layout.sites)
 
 
 def _burst(moments: Moments, site: int, sums: TileSums) -> BurstSums:

@@ -10,7 +10,7 @@ from fullwell.kernels.moments_summary import Maps, pick_spreads
 
 BINS: Final = 1 << 16
 _SAMPLED_ROWS: Final = 16
-_BEYOND: Final = 1 << 63
+_BEYOND: Final = (1 << 63) - 1
 
 
 def shift_for(maps: Maps) -> int:

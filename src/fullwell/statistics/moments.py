@@ -84,6 +84,11 @@ class Layout:
         )
 
 
+def by_site(counts: NDArray[np.int64], *, cell: int) -> NDArray[np.int64]:
+    """Return counts by phase in a cell of two, shape (2, 2, n), as counts by site, shape (sites, n)."""
+    return counts.reshape(4, -1) if cell == 2 else counts.sum(axis=(0, 1))[np.newaxis]
+
+
 def stack_of(mosaics: Sequence[NDArray[np.uint16]]) -> Stack:
     """Copy mosaics of one size into a block of memory."""
     block = np.stack(mosaics).astype(np.uint16, copy=False)
@@ -206,6 +211,12 @@ class Moments:
         skipped = not self.every_histogram and bool(so_far) and so_far[0] < counted[0]
         return MomentsAddition(self, batch.names, counted=() if skipped else counted)
 
+    def add_margins(self, batch: Batch, frames: FrameSums) -> None:
+        """Add frames whose sums over pixels, and extremes, are known; only their codes are counted here."""
+        addition = self.begin(batch)
+        addition.count(batch.stack, Band(0, self.layout.height, self.layout.cell, self.layout.tile))
+        addition.commit(frames)
+
     def add_rows(self, stack: Stack, band: Band, frames: FrameSums) -> None:
         """Add a row of tiles to the maps and extremes, and to the sums of each frame, which are the caller's."""
         at = band.top // (band.cell * band.tile)
@@ -321,7 +332,7 @@ class MomentsAddition:
             columns=np.zeros((frames, layout.cell, layout.width), np.uint64),
             tiles=np.zeros((frames, layout.sites, *layout.tiles), np.uint64),
         )
-        self._histogram = np.zeros((layout.sites, CODES if counted else 1), np.int64)
+        self._histogram = np.zeros((2, 2, CODES if counted else 1), np.int64)
 
     def add(self, stack: Stack, band: Band) -> None:
         """Add a row of tiles of every frame.
@@ -338,9 +349,14 @@ class MomentsAddition:
         if first < 0 or last > stack.codes.size:
             raise ValueError("a frame lies outside its block of memory")
         self._moments.add_rows(stack, band, self._frames)
+        self.count(stack, band)
+
+    def count(self, stack: Stack, band: Band) -> None:
+        """Count the codes of those frames whose codes are counted."""
         if self._counted:
             count_codes(Stack(stack.codes, stack.starts[self._places], stack.width), band, self._histogram)
 
-    def commit(self) -> None:
-        """Add what was summed up over the rows."""
-        self._moments.commit(self._names, self._frames, counted=self._counted, histogram=self._histogram)
+    def commit(self, frames: FrameSums | None = None) -> None:
+        """Add what was summed up over the rows, here or by somebody else."""
+        counts = by_site(self._histogram, cell=self._moments.layout.cell)
+        self._moments.commit(self._names, frames or self._frames, counted=self._counted, histogram=counts)

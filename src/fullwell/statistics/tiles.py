@@ -44,6 +44,23 @@ class TileSums:
     residual: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Swept:
+    """What a sweep over the pixels of a series finds; one entry per plane.
+
+    Parameters
+    ----------
+    tiles
+        Sums of each tile.
+    medians
+        Median of D; NaN for a single frame.
+
+    """
+
+    tiles: tuple[TileSums, ...]
+    medians: tuple[float, ...]
+
+
 def edges(length: int, tile: int) -> NDArray[np.int64]:
     """Return the lengths of the tiles along an axis.
 
@@ -65,15 +82,20 @@ def polynomials(lengths: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArra
     return linear, linear**2 - (n * n - 1) / 12
 
 
+def column_sums(layout: Layout) -> ColumnSums:
+    """Return empty sums down the columns of each band, shape (bands, cell, width)."""
+    shape = (layout.tiles[0], layout.cell, layout.width)
+    squares, low, high = np.zeros((3, *shape), np.uint64)
+    quartic, centred, linear, quadratic, power = np.zeros((5, *shape), np.float64)
+    return ColumnSums(squares, low, high, quartic, centred, linear, quadratic, power)
+
+
 def sweep(moments: Moments, counts: SpreadCounts) -> tuple[TileSums, ...]:
     """Return the tile sums of each plane, and count D."""
     layout = moments.layout
     maps = Maps(moments.maps.codes, moments.maps.squares, len(moments.frame_sums))
     bands = layout.bands()
-    shape = (len(bands), layout.cell, layout.width)
-    squares, low, high = np.zeros((3, *shape), np.uint64)
-    quartic, centred, linear, quadratic, power = np.zeros((5, *shape), np.float64)
-    sums = ColumnSums(squares, low, high, quartic, centred, linear, quadratic, power)
+    sums = column_sums(layout)
     for at, band in enumerate(bands):
         own = ColumnSums(
             sums.squares[at],
@@ -86,7 +108,7 @@ def sweep(moments: Moments, counts: SpreadCounts) -> tuple[TileSums, ...]:
             sums.power[at],
         )
         summarize_band(maps, band, _surface(moments, band), own, counts)
-    return tuple(_gathered(sums, site, layout) for site in range(layout.sites))
+    return tuple(gathered(sums, site, layout) for site in range(layout.sites))
 
 
 def _padding(band: Band, phase: int) -> int:
@@ -114,27 +136,27 @@ def _surface(moments: Moments, band: Band) -> Surface:
     return Surface(reference, linear, quadratic)
 
 
-def _gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
+def gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
     """Gather the column sums of one plane, of shape (bands, cell, width), into its tiles."""
     phase, column = divmod(site, layout.cell)
     heights, widths = (edges(side, layout.tile) for side in layout.plane(site))
     starts = np.cumsum(widths) - widths
     own = (slice(heights.size), phase, slice(column, None, layout.cell))
 
-    def gathered(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def across_tiles(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.add.reduceat(values, starts, axis=-1)
 
     def exact(values: NDArray[np.uint64]) -> NDArray[np.object_]:
         return np.add.reduceat(values[own], starts, axis=-1).astype(np.object_)
 
     u, u2 = polynomials(widths)
-    across = (widths.astype(np.float64), gathered(u**2), gathered(u2**2))
+    across = (widths.astype(np.float64), across_tiles(u**2), across_tiles(u2**2))
     tops = np.cumsum(heights) - heights
     v, v2 = polynomials(heights)
     down = (heights.astype(np.float64), np.add.reduceat(v**2, tops), np.add.reduceat(v2**2, tops))
     centred, linear, quadratic = (part[own] for part in (sums.centred, sums.linear, sums.quadratic))
     fits = (heights[:, np.newaxis] >= 3) & (widths >= 3)
-    residual = gathered(sums.power[own])
+    residual = across_tiles(sums.power[own])
     for values, i, j in (
         (centred, 0, 0),
         (linear, 1, 0),
@@ -143,11 +165,11 @@ def _gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
         (linear * u, 1, 1),
         (centred * u2, 0, 2),
     ):
-        residual -= gathered(values) ** 2 / np.where(fits, down[i][:, np.newaxis] * across[j], 1.0)
+        residual -= across_tiles(values) ** 2 / np.where(fits, down[i][:, np.newaxis] * across[j], 1.0)
     return TileSums(
         n=heights[:, np.newaxis] * widths,
         squares=exact(sums.squares),
         spread=exact(sums.low) + exact(sums.high) * (1 << 32),
-        quartic=gathered(sums.quartic[own]),
+        quartic=across_tiles(sums.quartic[own]),
         residual=np.where(fits, np.maximum(residual, 0.0), np.nan),
     )

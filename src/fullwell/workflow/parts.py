@@ -78,6 +78,7 @@ def add_groups(
     record: Record,
     *,
     pairs: bool = False,
+    only_two: bool = False,
     progress: Progress | None = None,
 ) -> None:
     """Read frames and add them, as many at once as there is room for.
@@ -92,6 +93,8 @@ def add_groups(
         Memory to read them into.
     pairs
         Whether the first two good frames are looked at together.
+    only_two
+        Whether these are the two frames of a series whose sums of single pixels nobody wants.
     progress
         Told of every frame.
 
@@ -100,18 +103,21 @@ def add_groups(
     some: list[Group] = []
     for group in groups:
         if not slots.fits(len(group)):
-            _add_batch(slots.batch(some), sums, pairs=pairs)
+            _add_batch(slots.batch(some), sums, pairs=pairs, only_two=False)
             slots.clear()
         read_group(group, slots, record, progress)
         some.append(group)
     if not slots.empty:
-        _add_batch(slots.batch(some), sums, pairs=pairs)
+        _add_batch(slots.batch(some), sums, pairs=pairs, only_two=only_two)
 
 
-def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool) -> None:
+def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool, only_two: bool) -> None:
     if pairs:
         sums.look_at_pair(batch)
-    sums.add(batch)
+    if only_two and len(batch.names) == 2:
+        sums.add_only_two(batch)
+    else:
+        sums.add(batch)
 
 
 def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots) -> SeriesOutcome:
@@ -126,7 +132,7 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots)
         statistics=sums.finish() if names else None,
         hashes=dict(sorted(record.hashes.items())),
         excluded=tuple(sorted(record.excluded, key=lambda one: one.name)),
-        sums=sums.moments.maps.codes if names else None,
+        sums=sums.moments.maps.codes if names and sums.swept is None else None,
     )
 
 

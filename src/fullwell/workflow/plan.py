@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from fullwell.frames.series import Series
+from fullwell.frames.series import Series, SeriesKey
 from fullwell.statistics.burst import LEGACY_FRAMES
 from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import Progress
@@ -38,6 +38,8 @@ class Plan:
         Series that may be open at once.
     pairs
         Whether the first two frames of each series are also looked at as a pair.
+    kept
+        Series whose sums of single pixels are wanted; those of others need not be there in the outcome.
 
     """
 
@@ -47,6 +49,7 @@ class Plan:
     slot_bytes: int
     most_open: int
     pairs: bool = False
+    kept: frozenset[SeriesKey] = frozenset()
 
 
 class Cluster(Protocol):
@@ -57,7 +60,14 @@ class Cluster(Protocol):
         ...
 
 
-def plan(series: Sequence[Series], layout: Layout, *, workers: int, pairs: bool = False) -> Plan:
+def plan(
+    series: Sequence[Series],
+    layout: Layout,
+    *,
+    workers: int,
+    pairs: bool = False,
+    kept: frozenset[SeriesKey] = frozenset(),
+) -> Plan:
     """Return how to read some series in bounded memory."""
     frames = [frame for one in series for frame in one.frames]
     pixels = layout.height * layout.width
@@ -74,4 +84,5 @@ def plan(series: Sequence[Series], layout: Layout, *, workers: int, pairs: bool 
         slot_bytes=slot_bytes,
         most_open=max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels))),
         pairs=pairs,
+        kept=kept,
     )

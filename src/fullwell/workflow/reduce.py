@@ -108,7 +108,7 @@ def reduce_study(
         progress.start(sum(len(one.frames) for one in series))
     missing = desk.look_up(workers=workers, progress=progress)
     if missing:
-        how = plan(missing, layout, workers=workers, pairs=pairs)
+        how = plan(missing, layout, workers=workers, pairs=pairs, kept=kept)
         reduce = reduce_in_threads if cluster is None else cluster.reduce
         reduce(missing, plan=how, done=desk.done, progress=progress)
     return _reduction(series, desk.outcomes)

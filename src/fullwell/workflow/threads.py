@@ -64,7 +64,15 @@ class _Reducer:
         """Add the first frames of a series before any other, and keep their sums where more are to come."""
         self._schedule.begin(opened, self._plan.layout)
         groups = (group for group in opened.first if not stop.is_set())
-        add_groups(groups, opened.sums, slots, opened.record, pairs=self._plan.pairs, progress=self._progress)
+        add_groups(
+            groups,
+            opened.sums,
+            slots,
+            opened.record,
+            pairs=self._plan.pairs,
+            only_two=len(opened.series.frames) == 2 and opened.series.key not in self._plan.kept,
+            progress=self._progress,
+        )
         if opened.series.kind in UNLIT and len(opened.series.frames) > LEGACY_FRAMES:
             opened.sums.close_burst()
         opened.begun.set()

@@ -1,0 +1,52 @@
+"""A series that is two frames comes to the same bits with and without sums of single pixels."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mixed_study import TILE, assert_same, assert_same_reduction, mixed_study
+
+from fullwell.frames.series import Kind
+from fullwell.statistics.accumulation import Accumulation
+from fullwell.statistics.batch import Batch
+from fullwell.statistics.moments import Layout, stack_of
+from fullwell.workflow.reduce import reduce_study
+
+
+@given(
+    height=st.integers(2, 150),
+    width=st.integers(2, 150),
+    cfa=st.sampled_from(("mono", "RGGB")),
+    tile=st.sampled_from((1, 4, 7, 64)),
+    top=st.sampled_from((0, 1, 255, 4095, 16383, 16384, 40000, 65535)),
+    unlit=st.booleans(),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_two_frames_need_no_maps(
+    *, height: int, width: int, cfa: str, tile: int, top: int, unlit: bool, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    scene = rng.integers(0, top + 1, (height, width)).astype(np.float64)
+    noise = rng.normal(0.0, top / 50, (2, height, width))
+    stack = stack_of(list(np.rint(scene + noise).clip(0, top).astype(np.uint16)))
+    layout = Layout(height=height, width=width, cfa=cfa, tile=tile)
+    with_maps, without = (Accumulation(layout, unlit=unlit) for _ in range(2))
+    batch = Batch(("a", "b"), stack)
+    with_maps.add(batch)
+    without.add_only_two(batch)
+    assert_same(without.finish(), with_maps.finish())
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_a_study_of_pairs_comes_to_the_same_with_and_without_its_sums(tmp_path: Path, *, damaged: bool) -> None:
+    study, _ = mixed_study(tmp_path)
+    pairs = tuple(replace(one, frames=one.frames[:2]) for one in study.series if len(one.frames) > 1)
+    if damaged:
+        pairs[0].frames[1].header.path.write_bytes(b"")
+    study = replace(study, series=pairs)
+    kept = reduce_study(study, workers=2, tile=TILE, keep=tuple(Kind))
+    assert_same_reduction(reduce_study(study, workers=2, tile=TILE), kept)
+    assert kept.sums

@@ -49,6 +49,17 @@ def test_conversion_keeps_units_and_asymmetric_intervals():
         to_electrons(Measured.exact(1.0, DN), Measured.normal(-1.0, 0.1, DN_PER_ELECTRON))
 
 
+def test_brackets_in_electrons_hold_a_truth_on_either_end():
+    """A full pixel lies on the upper end of the bracket that exposures leave; the system gain is an estimate too."""
+    rng = np.random.default_rng(6)
+    bracket = Measured.interval(2000.0, 2000.0 / np.sqrt(12.0), (1000.0, 3000.0), DN)
+    gains = [Measured.normal(value, 0.005, DN_PER_ELECTRON) for value in 1.0 + 0.005 * rng.standard_normal(4000)]
+    ends = np.array([to_electrons(bracket, one).ci95 for one in gains])
+    within = np.array([(ends[:, 0] < 1000.0).mean(), (ends[:, 1] > 3000.0).mean()])
+    np.testing.assert_allclose(within, 0.975, atol=5.0 * np.sqrt(0.975 * 0.025 / 4000))
+
+
+
 def test_volts_are_exact():
     """METHOD 4.2: .064 DN/s of a 0.459 V swing over 1023 codes are 28.7 uV/s."""
     rate = to_volts(Measured.normal(0.064, 0.001, DN_PER_SECOND), 0.459 / 1023)

@@ -39,7 +39,9 @@ def to_electrons(measured_dn: Measured, system_gain: Measured) -> Measured:
     -------
     Measured
         Relative errors added in squares, their degrees of freedom combined by Welch and Satterthwaite. An interval that
-        was asymmetric stays so: the reach to either side is combined with that of the system gain (MOVER).
+        was asymmetric stays so: the reach to either side is combined with that of the system gain (MOVER). The ends of
+        a bracket, within which nothing is likelier than anything else, move by the whole of it: the truth may well lie
+        on one.
 
     Raises
     ------
@@ -65,7 +67,11 @@ def to_electrons(measured_dn: Measured, system_gain: Measured) -> Measured:
     dof = combined_dof((own_error, measured_dn.dof), (system_gain_error, system_gain.dof))
     if _is_student(measured_dn):
         return Measured.student(value, error, dof, unit)
-    interval = _combined_interval(measured_dn, value, factor, student_975(system_gain.dof) * system_gain_error)
+    reach = student_975(system_gain.dof) * system_gain_error
+    if _is_bracket(measured_dn):
+        interval = _moved_ends(measured_dn, factor, reach / abs(value) if value else 0.0)
+    else:
+        interval = _combined_interval(measured_dn, value, factor, reach)
     return Measured(value=value, unit=unit, std_error=error, dof=dof, ci95=interval)
 
 
@@ -98,6 +104,22 @@ def _is_student(measured: Measured) -> bool:
         math.isclose(end, measured.value + side * half, rel_tol=0.0, abs_tol=1e-9 * half)
         for end, side in zip(measured.ci95, (-1.0, 1.0), strict=True)
     )
+
+
+def _is_bracket(measured: Measured) -> bool:
+    """Return whether the error is that of a uniform law over the interval."""
+    if measured.ci95 is None or measured.std_error is None:
+        return False
+    low, high = measured.ci95
+    return math.isclose(measured.std_error, (high - low) / math.sqrt(12.0), rel_tol=1e-9)
+
+
+def _moved_ends(measured: Measured, factor: float, reach: float) -> tuple[float, float] | None:
+    """Return an interval whose ends move outwards by a share of their own."""
+    if measured.ci95 is None:
+        return None
+    low, high = (end * factor for end in measured.ci95)
+    return low - reach * abs(low), high + reach * abs(high)
 
 
 def _combined_interval(

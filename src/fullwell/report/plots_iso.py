@@ -40,7 +40,7 @@ def against_iso(panels: Panels, *, alt: str, caption: str) -> Picture:
     return vector_picture(figure, alt=alt, caption=caption)
 
 
-def _wrapped(title: str, longest: int = 34) -> str:
+def _wrapped(title: str, longest: int = 30) -> str:
     """Return a title in at most two lines."""
     if len(title) <= longest:
         return title

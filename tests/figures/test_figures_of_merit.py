@@ -59,7 +59,6 @@ def test_brackets_in_electrons_hold_a_truth_on_either_end():
     np.testing.assert_allclose(within, 0.975, atol=5.0 * np.sqrt(0.975 * 0.025 / 4000))
 
 
-
 def test_volts_are_exact():
     """METHOD 4.2: .064 DN/s of a 0.459 V swing over 1023 codes are 28.7 uV/s."""
     rate = to_volts(Measured.normal(0.064, 0.001, DN_PER_SECOND), 0.459 / 1023)

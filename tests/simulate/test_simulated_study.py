@@ -108,7 +108,10 @@ def test_truth_is_written_beside_the_frames(tmp_path: Path) -> None:
 
 
 def test_every_true_value_has_a_name_of_its_own() -> None:
-    named = [(one.quantity, one.channel, one.unit, one.iso, one.snr_threshold) for one in true_values(simulation())]
+    named = [
+        (one.quantity, one.channel, one.unit, one.iso, one.snr_threshold, one.exposure_s)
+        for one in true_values(simulation())
+    ]
     assert len(named) == len(set(named))
 
 

@@ -6,10 +6,11 @@ and Meier's factor widens the error of the mean.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Final, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from fullwell.units import Measured, combined_dof
@@ -145,9 +146,16 @@ class SharedErrors:
 
         return cls(frame=error(frame, dof[0]), row=error(row, dof[1]), column=error(column, dof[2]))
 
+    def scaled(self, factor: float) -> Self:
+        """Return the same errors of a figure that is multiplied by a factor."""
+        parts = {part.name: getattr(self, part.name) for part in fields(self)}
+        return replace(self, **{name: (error * factor, dof) for name, (error, dof) in parts.items()})
 
-def mean_of_sites(measurements: Sequence[Measured], shared: Sequence[SharedErrors]) -> Measured:
-    """Return the plain mean of one figure over the four sites of a CFA cell, row-major (METHOD 1.10).
+
+def mean_of_sites(
+    measurements: Sequence[Measured], shared: Sequence[SharedErrors], *, weighted: bool = False
+) -> Measured:
+    """Return the mean of one figure over the four sites of a CFA cell, row-major (METHOD 1.10).
 
     Parameters
     ----------
@@ -155,25 +163,31 @@ def mean_of_sites(measurements: Sequence[Measured], shared: Sequence[SharedError
         One per site, each with a standard error.
     shared
         What of each error other sites have in common: it does not average out.
+    weighted
+        By inverse variance, where no error has fewer than eight degrees of freedom.
 
     """
+    by_variance = weighted and all(one.std_error and (one.dof is None or one.dof >= _FEW) for one in measurements)
+    weights = np.array([(one.std_error or 1.0) ** -2 if by_variance else 1.0 for one in measurements])
+    weights /= weights.sum()
     parts: list[tuple[float, float | None]] = []
-    for measured, common in zip(measurements, shared, strict=True):
+    for weight, measured, common in zip(weights, measurements, shared, strict=True):
         squares = [error**2 for error, _ in (common.frame, common.rounding, common.row, common.column)]
-        parts.append((math.sqrt(max((measured.std_error or 0.0) ** 2 - sum(squares), 0.0)), measured.dof))
+        own = math.sqrt(max((measured.std_error or 0.0) ** 2 - sum(squares), 0.0))
+        parts.append((float(weight) * own, measured.dof))
     for of_all in ([one.frame for one in shared], [one.rounding for one in shared]):
-        parts += _together(of_all, _SITES)
-    parts += _together([one.row for one in shared], _BESIDE)
-    parts += _together([one.column for one in shared], _ABOVE)
-    mean = float(np.mean([measured.value for measured in measurements]))
-    error = math.hypot(*(error for error, _ in parts)) / len(measurements)
+        parts += _together(of_all, weights, _SITES)
+    parts += _together([one.row for one in shared], weights, _BESIDE)
+    parts += _together([one.column for one in shared], weights, _ABOVE)
+    mean = float(weights @ np.array([measured.value for measured in measurements]))
+    error = math.hypot(*(error for error, _ in parts))
     return Measured.student(mean, error, combined_dof(*parts), measurements[0].unit)
 
 
 def _together(
-    errors: Sequence[tuple[float, float | None]], groups: Iterable[Sequence[int]]
+    errors: Sequence[tuple[float, float | None]], weights: NDArray[np.float64], groups: Iterable[Sequence[int]]
 ) -> list[tuple[float, float | None]]:
-    return [(sum(errors[site][0] for site in group), errors[group[0]][1]) for group in groups]
+    return [(sum(float(weights[site]) * errors[site][0] for site in group), errors[group[0]][1]) for group in groups]
 
 
 def _welch_p(q: float, share: np.ndarray, dof: np.ndarray) -> float:

@@ -11,6 +11,7 @@ from fullwell.model.photon_transfer import signal_at_snr, signal_to_noise
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import ALL, channels
 from fullwell.simulate.config import SimulationConfig
+from fullwell.simulate.lens_truth import Shading, true_shading
 from fullwell.simulate.plan import PlannedFrame, plan
 from fullwell.units import (
     DECIBEL,
@@ -43,6 +44,8 @@ class TrueValue:
         The truth, in ``unit``.
     snr_threshold
         None where it does not apply.
+    exposure_s
+        None for what holds at every exposure, or for the figure that is not told by exposure [s].
 
     """
 
@@ -52,6 +55,7 @@ class TrueValue:
     iso: float | None
     value: float
     snr_threshold: float | None = None
+    exposure_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,6 +75,7 @@ class _Place:
     site: int
     iso: float
     frames: tuple[PlannedFrame, ...]
+    shadings: tuple[Shading, ...]
 
     @property
     def sensor(self) -> SensorParameters:
@@ -97,7 +102,15 @@ class _Place:
     def system_gain(self) -> float:
         return self.sensor.system_gain_at(self.iso)
 
-    def row(self, quantity: str, unit: str, value: float, *, snr_threshold: float | None = None) -> TrueValue:
+    def row(
+        self,
+        quantity: str,
+        unit: str,
+        value: float,
+        *,
+        snr_threshold: float | None = None,
+        exposure_s: float | None = None,
+    ) -> TrueValue:
         return TrueValue(
             quantity=quantity,
             channel=self.channel,
@@ -105,7 +118,19 @@ class _Place:
             iso=self.iso,
             value=value,
             snr_threshold=snr_threshold,
+            exposure_s=exposure_s,
         )
+
+    def noise_rows(self, quantity: str, noise: float, *, exposure_s: float | None = None) -> Iterator[TrueValue]:
+        """Yield a noise in electrons, DN and volts, and its variance."""
+        noise_dn = noise * self.system_gain
+        yield self.row(quantity, ELECTRON, noise, exposure_s=exposure_s)
+        yield self.row(quantity, DN, noise_dn, exposure_s=exposure_s)
+        yield self.row(f"{quantity}_variance", ELECTRON2, noise**2, exposure_s=exposure_s)
+        yield self.row(f"{quantity}_variance", DN2, noise_dn**2, exposure_s=exposure_s)
+        if self.config.voltage_swing_v is not None:
+            volts = noise_dn * self.config.voltage_swing_v / self.sensor.white_level
+            yield self.row(quantity, VOLT, volts, exposure_s=exposure_s)
 
 
 def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
@@ -120,9 +145,10 @@ def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
         named.append((0, ALL))
     rows: list[TrueValue] = []
     frames = plan(config)
+    shadings = true_shading(config) if any(frame.kind is Kind.FLAT for frame in frames) else ()
     for site, channel in named:
         for iso in config.isos:
-            place = _Place(config=config, channel=channel, site=site, iso=float(iso), frames=frames)
+            place = _Place(config=config, channel=channel, site=site, iso=float(iso), frames=frames, shadings=shadings)
             for part in _PARTS:
                 rows += part(place)
         rows += _before_and_after(config, channel)
@@ -149,13 +175,36 @@ def _unlit_noise(place: _Place) -> Iterator[TrueValue]:
         *_dsnu_parts(place, unlit),
     ]
     for quantity, noise in noises:
-        noise_dn = noise * place.system_gain
-        yield place.row(quantity, ELECTRON, noise)
-        yield place.row(quantity, DN, noise_dn)
-        yield place.row(f"{quantity}_variance", ELECTRON2, noise**2)
-        yield place.row(f"{quantity}_variance", DN2, noise_dn**2)
-        if place.config.voltage_swing_v is not None:
-            yield place.row(quantity, VOLT, noise_dn * place.config.voltage_swing_v / sensor.white_level)
+        yield from place.noise_rows(quantity, noise)
+
+
+def _longer_darks(place: _Place) -> Iterator[TrueValue]:
+    """Yield DSNU and the total dark noise of every dark burst: the one grows with exposure where pixels differ."""
+    sensor, unlit = place.sensor, _shortest_unlit(place)
+    pattern = dict(_dsnu_parts(place, unlit)).get("dsnu")
+    if pattern is None:
+        return
+    darks = [frame.exposure for frame in place.unlit if frame.kind is Kind.DARK]
+    for exposure_s, temperature_c in dict.fromkeys((one.exposure_s, one.temperature_c) for one in darks):
+        own = _Unlit(exposure_s=exposure_s, temperature_c=temperature_c)
+        if own != unlit:
+            yield from place.noise_rows("dsnu", dict(_dsnu_parts(place, own))["dsnu"], exposure_s=exposure_s)
+        total = math.hypot(sensor.dark_noise_at(place.iso, exposure_s, temperature_c), pattern)
+        yield place.row("total_dark_noise", ELECTRON, total, exposure_s=exposure_s)
+        yield place.row("total_dark_noise", DN, total * place.system_gain, exposure_s=exposure_s)
+
+
+def _shading(place: _Place) -> Iterator[TrueValue]:
+    """Yield how much the lens shades; nothing where the response bends, or for channels together."""
+    if place.channel == ALL or not place.straight or not place.shadings:
+        return
+    own = place.shadings[place.site]
+    for quantity, value in (
+        ("shading_corner", own.corner),
+        ("shading_edge_x", own.edge_x),
+        ("shading_edge_y", own.edge_y),
+    ):
+        yield place.row(quantity, ONE, value)
 
 
 def _dsnu_parts(place: _Place, unlit: _Unlit) -> list[tuple[str, float]]:
@@ -237,7 +286,15 @@ def _range(place: _Place) -> Iterator[TrueValue]:
             yield place.row("dynamic_range", STOP, math.log2(ratio), snr_threshold=threshold)
 
 
-_PARTS: tuple[Callable[[_Place], Iterator[TrueValue]], ...] = (_levels, _unlit_noise, _dark_current, _response, _range)
+_PARTS: tuple[Callable[[_Place], Iterator[TrueValue]], ...] = (
+    _levels,
+    _unlit_noise,
+    _longer_darks,
+    _dark_current,
+    _response,
+    _range,
+    _shading,
+)
 
 
 def _before_and_after(config: SimulationConfig, channel: str) -> Iterator[TrueValue]:

@@ -18,7 +18,8 @@ _SQUARED: Final = {ONE: ONE, VOLT: DN2}
 Figure: TypeAlias = tuple[str, str, str, str, float | None, float | None, float | None]
 """Quantity, channel, method, unit, ISO, SNR threshold and exposure: what the same figure of two runs has in common."""
 
-_Truths: TypeAlias = Mapping[tuple[str, str, str, float | None, float | None], float]
+_Name: TypeAlias = tuple[str, str, str, float | None, float | None, float | None]
+_Truths: TypeAlias = Mapping[_Name, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,12 +70,14 @@ def compared(rows: Iterable[Row], truth: Iterable[TrueValue]) -> tuple[Compariso
         True values.
 
     """
-    known = {(one.quantity, one.channel, one.unit, one.iso, one.snr_threshold): one.value for one in truth}
+    known = {
+        (one.quantity, one.channel, one.unit, one.iso, one.snr_threshold, one.exposure_s): one.value for one in truth
+    }
     whole = [row for row in rows if row.region is None]
     twins = {_place(row): row for row in whole if row.quantity.endswith(_TWIN)}
     found: list[Comparison] = []
     for row in whole:
-        value = known.get(_name(row))
+        value = _true(row, known)
         if value is not None:
             found.append(Comparison(row=row, truth=value, pull=_pull(row, value, twins, known)))
     return tuple(found)
@@ -87,7 +90,7 @@ def pulls_of(compared_rows: Sequence[Comparison]) -> tuple[float, ...]:
 
 def _pull(row: Row, truth: float, twins: Mapping[tuple[object, ...], Row], known: _Truths) -> float | None:
     twin = _twin(row, twins)
-    if twin is not None and (its_truth := known.get(_name(twin))) is not None:
+    if twin is not None and (its_truth := _true(twin, known)) is not None:
         return pull(twin.measured, its_truth)
     return None if _NO_ESTIMATE.intersection(row.flags) else pull(row.measured, truth)
 
@@ -102,5 +105,7 @@ def _place(row: Row) -> tuple[object, ...]:
     return (row.quantity, row.channel, row.method, row.iso, row.exposure_s, row.measured.unit)
 
 
-def _name(row: Row) -> tuple[str, str, str, float | None, float | None]:
-    return (row.quantity, row.channel, row.measured.unit, row.iso, row.snr_threshold)
+def _true(row: Row, known: _Truths) -> float | None:
+    """Return the truth at the exposure of a row, else what is true at every exposure."""
+    name = (row.quantity, row.channel, row.measured.unit, row.iso, row.snr_threshold)
+    return known.get((*name, row.exposure_s), known.get((*name, None)))

@@ -93,9 +93,9 @@ def _measured(
     noise_section = measure_read_noise(bursts)
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
-    model_section, models = measure_noise_coefficients(bursts, levels, transfers)
     maps = make_maps(bursts, levels, transfers, workers=workers)
     pattern_section, patterns = measure_nonuniformity(bursts, maps)
+    model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns)
     shading_section, shadings = measure_shading(bursts, levels, patterns, camera=study.camera, workers=workers)
     system_gain = {
         row.channel: row.measured

@@ -3,19 +3,22 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
+from fullwell.fit.nonuniformity import Nonuniformity
 from fullwell.fit.photon_transfer import fit_burst_photon_transfer
-from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channels
+from fullwell.fit.pooling import SIGNIFICANCE, SharedErrors, mean_of_sites, mean_sharing_errors, pool_channels
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.statistics.tiles import SURFACE_TERMS, edges
 from fullwell.units import ONE, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
+from fullwell.workflow.measure.nonuniformity import ChannelPattern
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.rounding import phase_aware_dof
 from fullwell.workflow.measure.section import RowWriter, Section
@@ -23,6 +26,8 @@ from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_ti
 from fullwell.workflow.measure.unlit import line_noise
 
 METHOD = "gamma-likelihood"
+OUTSTANDING = 2.0
+"""Standard errors from which on the pattern of rows or columns counts."""
 _NAMES = ("k_dark", "k_shot", "k_fpn")
 
 
@@ -30,7 +35,8 @@ _NAMES = ("k_dark", "k_shot", "k_fpn")
 class ChannelModel:
     """The three-term noise model of one channel: single-frame coefficients A, B, C and their covariance.
 
-    ``rounding_limited`` says that A is only known to the unknown phase of rounding, which channels have in common.
+    ``rounding_limited`` says that A is only known to the unknown phase of rounding, which channels have in common;
+    ``shared`` is what patterns of rows and columns make of the errors of A, B and C: channels share these too.
     """
 
     channel: str
@@ -39,20 +45,57 @@ class ChannelModel:
     dof: float | None
     misfit: bool
     rounding_limited: bool
+    shared: tuple[SharedErrors, SharedErrors, SharedErrors]
     n: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Lines:
+    """Variances that the pixels of a row, and of a column, have in common.
+
+    Parameters
+    ----------
+    temporal
+        Of one frame, from unlit frames [DN^2].
+    dark, response
+        Fixed pattern: of the dark level [DN^2] and of the response [1]; 0 where it does not stand out from its error.
+
+    """
+
+    temporal: tuple[float, float]
+    dark: tuple[float, float] = (0.0, 0.0)
+    response: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, bursts: IsoBursts, pattern: ChannelPattern) -> Self:
+        """Return the lines of a channel."""
+
+        def told(pattern: Nonuniformity | None) -> tuple[float, float]:
+            if pattern is None:
+                return 0.0, 0.0
+            row, column = (
+                one.value if one.value > OUTSTANDING * (one.std_error or 0.0) else 0.0
+                for one in (pattern.row, pattern.column)
+            )
+            return row, column
+
+        return cls(temporal=line_noise(bursts, pattern.channel), dark=told(pattern.dsnu), response=told(pattern.prnu))
+
+
 def measure_noise_coefficients(
-    bursts: IsoBursts, levels: Sequence[ChannelLevels], transfers: Sequence[ChannelTransfer]
+    bursts: IsoBursts,
+    levels: Sequence[ChannelLevels],
+    transfers: Sequence[ChannelTransfer],
+    patterns: Sequence[ChannelPattern],
 ) -> tuple[Section, tuple[ChannelModel, ...]]:
     """Fit the three-term noise model of every channel at one ISO."""
     models: list[ChannelModel] = []
     rows: list[Row] = []
     fitted: list[NoiseCoefficientFit] = []
-    for level, transfer in zip(levels, transfers, strict=True):
+    for level, transfer, pattern in zip(levels, transfers, patterns, strict=True):
         if transfer.fit is None or level.white_dn is None or level.black is None:
             continue
-        model = _model(level, transfer, lines=line_noise(bursts, level.channel))
+        model = _model(level, transfer, lines=_Lines.of(bursts, pattern))
         if model is None:
             continue
         ks = k_coefficients(
@@ -71,7 +114,7 @@ def measure_noise_coefficients(
     return Section(rows=tuple(rows)), tuple(models)
 
 
-def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: tuple[float, float]) -> ChannelModel | None:
+def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) -> ChannelModel | None:
     chosen = [point for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good]
     pooled = [one for point in chosen if (one := _pool(point, level, lines=lines)) is not None]
     if len(pooled) < 3:
@@ -88,6 +131,12 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: tuple[floa
         pattern_pixels=float(chosen[-1].burst.plane(level.channel).n),
     )
     coefficients, covariance = fit.single_frame()
+    _, rows, columns = chosen[-1].burst.plane(level.channel).shape
+    by_lines = [
+        SharedErrors.of_variances(row=row, column=column, dof=(1, rows - 1, columns - 1))
+        for row, column in (lines.dark, (0.0, 0.0), lines.response)
+    ]
+    covariance = covariance + np.diag([one.row[0] ** 2 + one.column[0] ** 2 for one in by_lines])
     return ChannelModel(
         channel=level.channel,
         coefficients=coefficients,
@@ -95,6 +144,7 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: tuple[floa
         dof=fit.dof,
         misfit=fit.misfit,
         rounding_limited=any(one.rounding_limited for one in pooled),
+        shared=(by_lines[0], by_lines[1], by_lines[2]),
         n=sum(one.n for one in pooled),
     )
 
@@ -118,7 +168,7 @@ class _PooledBurst:
         return self.temporal_dof < 0.25 * self.n
 
 
-def _pool(point: TransferPoint, level: ChannelLevels, *, lines: tuple[float, float]) -> _PooledBurst | None:
+def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines) -> _PooledBurst | None:
     plane = point.burst.plane(level.channel)
     tiles = plane.tiles
     chosen = admitted_tiles(plane, level.white_dn) & (tiles.spatial_dof > 0)
@@ -126,9 +176,15 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: tuple[float, flo
         return None
     pixels, signal = tiles.n[chosen], tiles.mean[chosen] - level.black_dn
     temporal_dof, spatial_dof = tiles.temporal_dof[chosen], tiles.spatial_dof[chosen]
-    by_surface = _lines_taken_off(plane, lines, along=3, terms=SURFACE_TERMS)[chosen]
-    by_mean = _lines_taken_off(plane, lines, along=1, terms=1)[chosen]
-    spatial_dn2 = tiles.spatial_variance[chosen] + by_surface / plane.frames
+    by_surface = [share[chosen] for share in _shares_taken_off(plane, along=3, terms=SURFACE_TERMS)]
+    by_mean = sum(
+        share[chosen] * variance
+        for share, variance in zip(_shares_taken_off(plane, along=1, terms=1), lines.temporal, strict=True)
+    )
+    spatial_dn2 = tiles.spatial_variance[chosen] + sum(
+        share * (temporal / plane.frames + dark + response * signal**2)
+        for share, temporal, dark, response in zip(by_surface, lines.temporal, lines.dark, lines.response, strict=True)
+    )
     temporal_dn2 = float((temporal_dof * (tiles.temporal_variance[chosen] + by_mean)).sum() / temporal_dof.sum())
     return _PooledBurst(
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
@@ -142,10 +198,10 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: tuple[float, flo
     )
 
 
-def _lines_taken_off(
-    plane: PlaneStatistics, lines: tuple[float, float], *, along: int, terms: int
-) -> NDArray[np.float64]:
-    """Return what each tile takes off the row and column noise of a frame, shape of the tiles [DN^2].
+def _shares_taken_off(
+    plane: PlaneStatistics, *, along: int, terms: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return which share of the variance of rows, and of columns, each tile takes off, shapes of the tiles [1].
 
     Of the m rows of a tile a mean follows one and a quadratic surface three: a variance that rows share then counts
     m less these times its width in the sum of squares, where pixels by themselves count m times the width less all
@@ -155,8 +211,6 @@ def _lines_taken_off(
     ----------
     plane
         Of the burst.
-    lines
-        Variance that rows and that columns share in one frame [DN^2].
     along, terms
         Rows, and pixels, that the mean or the surface follows.
 
@@ -164,8 +218,7 @@ def _lines_taken_off(
     heights, widths = (edges(side, tile) for side, tile in zip(plane.shape[1:], _tile(plane), strict=True))
     rows, columns = heights[:, np.newaxis].astype(np.float64), widths[np.newaxis, :].astype(np.float64)
     dof = np.maximum(rows * columns - terms, 1.0)
-    row, column = lines
-    return row * (1.0 - columns * (rows - along) / dof) + column * (1.0 - rows * (columns - along) / dof)
+    return 1.0 - columns * (rows - along) / dof, 1.0 - rows * (columns - along) / dof
 
 
 def _tile(plane: PlaneStatistics) -> tuple[int, int]:
@@ -214,7 +267,13 @@ def _pooled(
     """Return the channels' k's as one: the weighted mean of their variances, and a flag where they differ."""
     if len(levels) < 2 or len(fitted) < len(levels):
         return ()
-    pooled = [pool_channels(part) for part in zip(*(_variances(ks) for ks in fitted), strict=True)]
+    parts = list(zip(*(_variances(ks) for ks in fitted), strict=True))
+    white_dn = levels[0].white_dn or 1.0
+    shared = [[one.shared[term].scaled(white_dn**power) for one in models] for term, power in enumerate((-2, -1, 0))]
+    pooled = [
+        (mean_of_sites(part, errors, weighted=True), pool_channels(part)[1])
+        for part, errors in zip(parts, shared, strict=True)
+    ]
     if any(one.rounding_limited for one in models):
         pooled[0] = (mean_sharing_errors([ks.k_dark_variance for ks in fitted]), pooled[0][1])
     flags = _flags(

@@ -95,6 +95,12 @@ def test_a_fleet_needs_studies_and_a_folder(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="at least one"):
         characterize_fleet([], tmp_path, options=Options())
     (tmp_path / "file").touch()
+    with pytest.raises(UsageError, match="one of the studies"):
+        characterize_fleet([tmp_path / "a", tmp_path], tmp_path / "a" / ".." / "a", options=Options())
+    assert not (tmp_path / "a").exists()
+    (tmp_path / "fleet.parquet").write_bytes(b"of an earlier run")
+    characterize_fleet([tmp_path / "nothing"], tmp_path, options=Options())
+    assert not (tmp_path / "fleet.parquet").exists()
     with pytest.raises(UsageError, match="is a file"):
         characterize_fleet([tmp_path], tmp_path / "file", options=Options())
 

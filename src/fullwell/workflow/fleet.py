@@ -121,13 +121,15 @@ def characterize_fleet(
     Raises
     ------
     UsageError
-        There is no study, or ``root`` is no folder.
+        There is no study, or ``root`` is no folder, or is one of the studies.
 
     """
     if not studies:
         raise UsageError("Name at least one study: a folder or a study.toml.")
     if root.exists() and not root.is_dir():
         raise UsageError(f"{root} is a file; name a folder for the results with -o")
+    if any(study.resolve() == root.resolve() for study in studies):
+        raise UsageError(f"{root} is one of the studies, and results would lie among its frames; name another with -o")
     root.mkdir(parents=True, exist_ok=True)
     jobs = [
         Job(name=name, study=study, out=root / name, options=_own(options, root / name), resume=resume)
@@ -242,7 +244,9 @@ def _write_tables(entries: Sequence[Entry], root: Path) -> None:
         table = table.add_column(0, "study", pa.array([entry.name] * table.num_rows, pa.string()))
         writer = writer or pq.ParquetWriter(part, table.schema)
         writer.write_table(table)
-    if writer is not None:
+    if writer is None:
+        (root / "fleet.parquet").unlink(missing_ok=True)
+    else:
         writer.close()
         part.replace(root / "fleet.parquet")
 

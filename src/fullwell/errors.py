@@ -12,6 +12,11 @@ Every message is a sentence that says what is wrong and what to do about it.
 """
 
 
+def why(error: Exception) -> str:
+    """Return why something could not be read, in the system's words, without its number for it and the path."""
+    return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+
+
 class FullwellError(Exception):
     """Base of every error Fullwell raises on purpose."""
 

@@ -28,17 +28,22 @@ def read_results(path: Path) -> Results:
         Where it is not there, or is no results document of ours.
 
     """
+    return read_document(path)[1]
+
+
+def read_document(path: Path) -> tuple[Mapping[str, object], Results]:
+    """Return a document as JSON has it, and the results it holds; arguments and errors as `read_results`."""
     if not path.exists():
         raise UsageError(f"{path} does not exist.")
     if path.is_dir():
         if not (path / DOCUMENT).is_file():
             raise UsageError(f"{path} holds no {DOCUMENT}; name the folder that `fullwell characterize` wrote.")
         path = path / DOCUMENT
-    wrong = UsageError(f"{path} is no results document of Fullwell's ({SCHEMA}).")
     try:
-        return results_of(json.loads(path.read_text(encoding="utf-8")))
+        document: object = json.loads(path.read_text(encoding="utf-8"))
+        return cast("_Record", document), results_of(document)
     except (OSError, ValueError, RecursionError) as error:
-        raise wrong from error
+        raise UsageError(f"{path} is no results document of Fullwell's ({SCHEMA}).") from error
 
 
 def results_of(document: object) -> Results:

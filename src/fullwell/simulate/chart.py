@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.errors import UsageError
+from fullwell.errors import UsageError, why
 from fullwell.frames.chart.definition import ChartDefinition, chart_named
 from fullwell.frames.chart.patches import COLUMNS, SMALLEST, Patch, inset
 from fullwell.simulate.tables import CameraTable, ChartTable
@@ -197,7 +197,7 @@ def _densities(table: ChartTable, *, folder: Path) -> tuple[float, ...]:
     try:
         lines = [line.strip() for line in path.read_text(encoding="utf-8-sig").splitlines()]
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"The densities {path} cannot be read: {error}.") from error
+        raise UsageError(f"The densities {path} cannot be read: {why(error)}.") from error
     found: list[float] = []
     for number, line in enumerate(lines, start=1):
         if not line or line.startswith("#"):

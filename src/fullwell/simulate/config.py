@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from pydantic import ValidationError
 
-from fullwell.errors import UsageError
+from fullwell.errors import UsageError, why
 from fullwell.model.sensor import SensorParameters
 from fullwell.simulate.chart import Painting, painted
 from fullwell.simulate.explanation import explained
@@ -146,11 +146,24 @@ def read_config(path: Path) -> SimulationConfig:
         Where the file cannot be read, or says something that is not allowed.
 
     """
+    return config_from(config_tables(path), name=str(path), folder=path.parent)
+
+
+def config_tables(path: Path) -> Mapping[str, object]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    UsageError
+        Where it cannot be read, or is not TOML.
+
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"The config {path} cannot be read: {error}.") from error
-    return parse_config(text, name=str(path), folder=path.parent)
+        raise UsageError(f"The config {path} cannot be read: {why(error)}.") from error
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"{path} is not TOML: {error}.") from error
 
 
 def shipped_text(camera: str) -> str:

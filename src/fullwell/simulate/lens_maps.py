@@ -10,7 +10,7 @@ from typing import Final, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.errors import UsageError
+from fullwell.errors import UsageError, why
 from fullwell.model.sensor import SensorParameters
 from fullwell.raw.cfa import channels
 from fullwell.simulate.pictures import FloatArray, interpolated
@@ -68,7 +68,7 @@ def read_maps(path: Path, sensor: SensorParameters, *, colour_temperature: float
         return reader(path, sensor, colour_temperature)
     except (OSError, ValueError, KeyError, TypeError, IndexError, zipfile.BadZipFile) as error:
         raise UsageError(
-            f"The shading map {path} cannot be read: {error}. Give an .npy array, a map of `fullwell shading fit` "
+            f"The shading map {path} cannot be read: {why(error)}. Give an .npy array, a map of `fullwell shading fit` "
             "(.npz), or a libcamera tuning file with alsc tables (.json)."
         ) from error
 

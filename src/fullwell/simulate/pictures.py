@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.errors import UsageError
+from fullwell.errors import UsageError, why
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +36,9 @@ def read_light(path: Path) -> FloatArray:
     try:
         light = np.load(path, allow_pickle=False) if path.suffix.lower() == ".npy" else _decoded(path)
     except (OSError, ValueError) as error:
-        raise UsageError(f"The picture {path} cannot be read: {error}. Give a PNG, JPEG, TIFF or .npy file.") from error
+        raise UsageError(
+            f"The picture {path} cannot be read: {why(error)}. Give a PNG, JPEG, TIFF or .npy file."
+        ) from error
     light = np.asarray(light, dtype=np.float64)
     light = light[:, :, None].repeat(3, axis=2) if light.ndim == 2 else light
     if light.ndim != 3 or light.shape[2] != 3 or min(light.shape[:2]) < 2 or not np.isfinite(light).all():

@@ -4,14 +4,12 @@
 or figures by the names that `fullwell model` has for them: ``k_dark=1.672e-4,k_shot=5.554e-3,digital_maximum=16383``.
 """
 
-import json
-from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Final, cast
+from typing import Final
 
 from fullwell.errors import UsageError
-from fullwell.report.document import DOCUMENT
+from fullwell.report.reading import read_document
 from fullwell.simulate.config import read_config, shipped_config
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
 from fullwell.workflow.model_files import models_of_file
@@ -85,25 +83,11 @@ def source_from(text: str, *, design: str | None = None) -> SimulatedCamera:
     if "=" in text and not Path(text).exists():
         return camera_from_models(models_of_figures(_stated(text)), design=design or "chart")
     path = Path(text)
-    document = _results(path / DOCUMENT if path.is_dir() else path)
-    if document is None:
+    if not path.is_dir() and path.suffix.lower() != ".json":
         return camera_from_models(models_of_file(path), design=design or "chart")
     if design is not None:
         raise UsageError(f"--design {design}: results have a design of their own; leave it out.")
-    return camera_from_results(document, folder=path if path.is_dir() else path.parent)
-
-
-def _results(path: Path) -> Mapping[str, object] | None:
-    """Return a JSON document; None for any other file."""
-    if path.suffix.lower() != ".json":
-        return None
-    try:
-        document: object = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise UsageError(f"{path} cannot be read as JSON: {error}.") from error
-    if not isinstance(document, dict):
-        raise UsageError(f"{path} is no results document of Fullwell's.")
-    return cast("Mapping[str, object]", document)
+    return camera_from_results(read_document(path)[0], folder=path if path.is_dir() else path.parent)
 
 
 def _stated(text: str) -> StatedFigures:

@@ -1,7 +1,6 @@
 """What the loop starts from: a measurement, a camera's config, or figures that somebody stated."""
 
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -9,9 +8,8 @@ from typing import Final, cast
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Curve, Row
-from fullwell.report.document import DOCUMENT
-from fullwell.report.reading import read_results
-from fullwell.simulate.config import CAMERAS, SimulationConfig, parse_config, shipped_config
+from fullwell.report.reading import read_document
+from fullwell.simulate.config import CAMERAS, SimulationConfig, config_from, config_tables, shipped_config
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
 from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_models, camera_from_results
 
@@ -76,25 +74,17 @@ def source_of(what: Path) -> Source:
 
 def _results(path: Path) -> Source:
     """Read a results document; its folder stands for it."""
-    results = read_results(path)
-    file = path / DOCUMENT if path.is_dir() else path
-    document = cast("Mapping[str, object]", json.loads(file.read_text(encoding="utf-8")))
-    made = camera_from_results(document, folder=file.parent)
+    document, results = read_document(path)
+    made = camera_from_results(document, folder=path if path.is_dir() else path.parent)
     return Source(
         name=str(path), kind="results", config=made.config, rows=results.rows, curves=results.curves, said=made.said
     )
 
 
 def _toml(path: Path) -> Source:
-    try:
-        text = path.read_text(encoding="utf-8")
-        document = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"The config {path} cannot be read: {error}.") from error
-    except tomllib.TOMLDecodeError as error:
-        raise UsageError(f"{path} is not TOML: {error}.") from error
+    document = config_tables(path)
     if FIGURES not in document:
-        return Source(name=str(path), kind="config", config=parse_config(text, name=str(path), folder=path.parent))
+        return Source(name=str(path), kind="config", config=config_from(document, name=str(path), folder=path.parent))
     made = _stated(path, document)
     return Source(name=str(path), kind="figures", config=made.config, said=made.said)
 

@@ -78,6 +78,8 @@ def test_published_figures_become_a_chart_or_a_study() -> None:
         (("--from", "noise_profile=1e-4:1e-6:1e-4,white=1000"), ["pairs"]),
         (("--from", "k_dark=1e-4,k_shot=1e-2,digital_maximum=4095", "--design", "film"), ["film", "chart and study"]),
         (("--from", "missing.dng"), ["missing.dng", "does not exist"]),
+        (("--from", "missing.json"), ["missing.json", "does not exist"]),
+        (("missing.toml",), ["missing.toml cannot be read: No such file or directory."]),
     ],
 )
 def test_bad_use_is_one_sentence(tmp_path: Path, arguments: tuple[str, ...], parts: list[str]) -> None:
@@ -134,6 +136,11 @@ def test_a_bad_config_names_key_value_and_range(tmp_path: Path, text: str, parts
     assert len(done.stderr.strip().splitlines()) == 1
     assert [part for part in parts if part not in done.stderr] == []
     assert not (tmp_path / "out").exists()
+
+
+def test_a_config_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    (tmp_path / "marked.toml").write_text("[study]\nbias = {exposures_s = [0.1]}\n", encoding="utf-8-sig")
+    assert invoke(tmp_path / "marked.toml", "--print").exit_code == 0
 
 
 def test_charts_that_do_not_fit_are_refused(tmp_path: Path) -> None:

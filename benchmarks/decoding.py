@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.studies import frames_of, write_study
 from benchmarks.timing import Comparison, medians
 from fullwell.frames.series import Kind
-from fullwell.raw.open import decode
+from fullwell.raw.open import read_raw
 
 NAME = "LibRaw / reading an uncompressed DNG of 12 MP"
 
@@ -17,10 +17,9 @@ NAME = "LibRaw / reading an uncompressed DNG of 12 MP"
 def against_libraw(folder: Path) -> list[Comparison]:
     """Compare reading and decoding an uncompressed DNG, one thread each."""
     header = frames_of(write_study(folder / "study", ((Kind.FLAT, 1),)))[0].header
-    buffer = np.empty((header.height, header.width), np.uint16)
 
     def ours() -> NDArray[np.uint16]:
-        return decode(header, header.path.read_bytes(), out=buffer)
+        return read_raw(header.path).mosaic
 
     def libraw() -> NDArray[np.uint16]:
         with rawpy.imread(str(header.path)) as raw:

@@ -9,7 +9,7 @@ from pathlib import Path
 from benchmarks.studies import FRAMES, frames_of, write_study
 from benchmarks.timing import Comparison, medians
 from fullwell.frames.series import Frame, Kind, Study
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.reduce import Reduction, reduce_study
 
@@ -38,7 +38,7 @@ def read_only(frames: list[Frame]) -> None:
 def decode_only(frames: list[Frame]) -> None:
     """Read and decode files."""
     for frame in frames:
-        decode(frame.header, frame.header.path.read_bytes())
+        decode(frame.header, read_bytes(frame.header))
 
 
 def peak_gigabytes(study: Study) -> float | None:

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from fullwell.kernels import moments, moments_reference, moments_summary, moments_summary_reference
-from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack
 from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface
+from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 
 
 @st.composite

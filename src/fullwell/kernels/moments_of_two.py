@@ -11,19 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import (
-    Band,
-    FrameSums,
-    SeriesSums,
-    Stack,
-    add_margins,
-    close_counts,
-    close_extremes,
-    close_tiles,
-    count_row,
-    count_rows,
-    extremes_of,
-)
+from fullwell.kernels.moments import add_margins, close_tiles, count_row, count_rows
+from fullwell.kernels.moments_extremes import LIST_ROWS, close_extremes, follow_rows, no_extremes
 from fullwell.kernels.moments_summary import (
     ColumnSums,
     Surface,
@@ -32,8 +21,9 @@ from fullwell.kernels.moments_summary import (
     add_spatial,
     add_temporal,
 )
+from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 
-_NARROW = np.uint16(16383)
+_NARROW = 16383
 """Four sums of squares of two codes up to here fit in 32 bits."""
 
 
@@ -74,13 +64,6 @@ class _Narrow(NamedTuple):
     sums: NDArray[np.int32]
     squares: NDArray[np.int32]
     spreads: NDArray[np.int32]
-
-
-@njit(cache=True, nogil=True)
-def _count_two(x: NDArray[np.uint16], y: NDArray[np.uint16], code: NDArray[np.uint16], n: NDArray[np.uint16]) -> None:
-    """Count in each column of a row of both frames the code that is asked for there."""
-    for c in range(x.size):
-        n[c] = np.uint16(n[c] + np.uint16(x[c] == code[c]) + np.uint16(y[c] == code[c]))
 
 
 @njit(cache=True, nogil=True)
@@ -158,23 +141,20 @@ def _add_four_narrow(rows: _Narrow, at: tuple[int, int], surface: Surface, sums:
 def _begin_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) -> bool:
     """Add a band to all that needs no more than its codes; return whether these are at most ``_NARROW``."""
     width, cell = stack.width, band.cell
-    extremes = extremes_of(stack, band)
-    narrow = bool(extremes.highest.max() <= _NARROW)
-    close_extremes(extremes, band, series)
+    extremes, highest = no_extremes(stack, band), 0
     columns = np.zeros((2, cell, width), np.uint32)
-    n_low, n_high = np.zeros((cell, width), np.uint16), np.zeros((cell, width), np.uint16)
-    for row in range(band.top, band.bottom):
-        phase = row % cell
-        at = stack.starts + row * width
-        x, y = stack.codes[at[0] : at[0] + width], stack.codes[at[1] : at[1] + width]
-        _count_two(x, y, extremes.lowest[phase], n_low[phase])
-        _count_two(x, y, extremes.highest[phase], n_high[phase])
-        add_margins(x, columns[0, phase], frames.rows[0, row])
-        add_margins(y, columns[1, phase], frames.rows[1, row])
+    for first in range(band.top, band.bottom, LIST_ROWS * cell):
+        last = min(first + LIST_ROWS * cell, band.bottom)
+        here = follow_rows(stack, band, first, last, extremes)
+        highest = max(highest, here)
+        for f in range(2):
+            own = stack.codes[stack.starts[f] :]
+            for phase in range(cell):
+                add_margins(own, (first + phase, last, cell), here, columns[f, phase], frames.rows[f])
     for f in range(2):
         close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
-    close_counts(n_low, n_high, band, series)
-    return narrow
+    close_extremes(stack, band, extremes, series)
+    return highest <= _NARROW
 
 
 @njit(cache=True, nogil=True)

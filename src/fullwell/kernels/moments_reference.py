@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 
 
 def band_of_frames(stack: Stack, band: Band) -> NDArray[np.uint64]:

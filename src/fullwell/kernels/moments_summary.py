@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band, Stack, add_four, add_one
+from fullwell.kernels.moments_rows import add_four, add_one
+from fullwell.kernels.stack import Band, Stack
 
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band, Stack
 from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface
+from fullwell.kernels.stack import Band, Stack
 
 
 def spread_of(maps: Maps) -> NDArray[np.uint64]:

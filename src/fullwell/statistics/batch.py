@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from fullwell.kernels.moments import Band, Stack
+from fullwell.kernels.stack import Band, Stack
 
 
 class Batch:

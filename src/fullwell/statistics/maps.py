@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Stack
 from fullwell.kernels.moments_summary import map_rows
+from fullwell.kernels.stack import Stack
 
 
 def burst_maps(

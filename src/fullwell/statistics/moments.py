@@ -13,7 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band, FrameSums, SeriesSums, Stack, add_band, count_codes
+from fullwell.kernels.moments import add_band, count_codes
+from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 from fullwell.raw.cfa import cell as cell_of
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.exact import sum_of_squares

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.kernels.high_pass import pair_sums
-from fullwell.kernels.moments import Stack
+from fullwell.kernels.stack import Stack
 from fullwell.statistics.high_pass import SMALLEST_PLANE, filtered_covariance
 from fullwell.statistics.moments import Layout
 

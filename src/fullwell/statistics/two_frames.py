@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import Band, FrameSums
 from fullwell.kernels.moments_of_two import SumsOfTwo, sum_two
+from fullwell.kernels.stack import Band, FrameSums
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import CODES, Layout, Moments, by_site
 from fullwell.statistics.tiles import Swept, column_sums, edges, gathered, polynomials

@@ -65,7 +65,7 @@ class MaskedArea:
     declared: bool
 
 
-def masked_sums(header: RawHeader, data: bytes) -> tuple[MaskedSums, ...]:
+def masked_sums(header: RawHeader, data: bytes | memoryview) -> tuple[MaskedSums, ...]:
     """Return what the masked pixels of a file that is in memory come to, per area and CFA site.
 
     Areas are those that the file declares; without any, the margins beside the visible mosaic, which are at least 16

@@ -9,7 +9,7 @@ from xxhash import xxh3_128
 
 from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
-from fullwell.kernels.moments import Stack
+from fullwell.kernels.stack import Stack
 from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
 from fullwell.statistics.batch import Batch

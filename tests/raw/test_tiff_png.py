@@ -1,3 +1,4 @@
+import zlib
 from itertools import product
 from pathlib import Path
 
@@ -87,6 +88,30 @@ def test_grey_png(tmp_path: Path, dtype: type) -> None:
     np.testing.assert_array_equal(image.mosaic, pixels)
     assert (image.header.format, image.header.cfa, image.header.bit_depth) == ("png", None, 8 * pixels.itemsize)
     assert (image.header.width, image.header.height) == (50, 37)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_an_interlaced_png_is_read(tmp_path: Path, dtype: type) -> None:
+    path, pixels = tmp_path / "frame.png", codes(1, 1, dtype)
+    whole = bytearray(imagecodecs.png_encode(pixels))
+    whole[28] = 1  # a single pixel is interlaced as it is not
+    whole[29:33] = zlib.crc32(whole[12:29]).to_bytes(4, "big")
+    path.write_bytes(whole)
+    np.testing.assert_array_equal(read_raw(path).mosaic, pixels)
+
+
+def test_a_png_whose_pixels_are_damaged_under_a_right_checksum_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "frame.png"
+    whole = imagecodecs.png_encode(codes(9, 9, np.uint16))
+    at = whole.index(b"IDAT")
+    size = int.from_bytes(whole[at - 4 : at], "big")
+    for packed in (zlib.compress(b"\5" * 9 * 19), zlib.compress(b"\0" * 9 * 18), zlib.compress(b"\0" * 9 * 20), b"no"):
+        part = b"IDAT" + packed
+        told = len(packed).to_bytes(4, "big") + part + zlib.crc32(part).to_bytes(4, "big")
+        path.write_bytes(whole[: at - 4] + told + whole[at + size + 8 :])
+        with pytest.raises(UnreadableFileError, match="pixels are damaged") as caught:
+            read_raw(path)
+        assert caught.value.code == "file-damaged"
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4])

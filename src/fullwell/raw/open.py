@@ -41,7 +41,7 @@ _JPEG_SIGNATURE: Final = b"\xff\xd8\xff"
 _HEAD_BYTES: Final = 64
 _NO_RAW: Final = ("not-a-raw-file", "unsupported-camera")
 """What LibRaw says of a picture that is no raw file."""
-_DECODERS: Final = {"png": decode_png, "fits": decode_fits, "npy": decode_numpy, "pgm": decode_netpbm}
+_DECODERS: Final = {"fits": decode_fits, "npy": decode_numpy, "pgm": decode_netpbm}
 
 
 def read_header(path: Path, *, headerless: HeaderlessFormat | None = None, said_by: str = "--headerless") -> RawHeader:
@@ -238,6 +238,8 @@ def decode(
         mosaic = decode_headerless(header.layout, view, out=out)
     elif isinstance(header.layout, MakerLayout):
         mosaic = decode_maker(header, view, out=out)
+    elif header.format == "png":
+        mosaic = decode_png(header, view, out=out)
     else:
         mosaic = _DECODERS[header.format](header, view)
     mosaic = mosaic.view()

@@ -1,7 +1,7 @@
 """Greyscale PNG files: a mosaic of 8 or 16 bits, without levels or CFA."""
 
 import struct
-import zlib
+import threading
 from pathlib import Path
 from typing import Final
 
@@ -16,9 +16,13 @@ from fullwell.raw.segments import MAX_PIXELS
 SIGNATURE: Final = b"\x89PNG\r\n\x1a\n"
 _HEADER_BYTES: Final = 33
 _END: Final = b"IEND"
+_PIXELS: Final = b"IDAT"
+_INTERLACE: Final = 28
+"""Where the file says whether it is interlaced."""
 _GREY: Final = 0
 _MAX_EXPANSION: Final = 1100
 """Deflate packs at most about 1030 bytes into one."""
+_OWN: Final = threading.local()
 
 
 def read_png_header(path: Path, head: bytes, size: int) -> RawHeader:
@@ -64,8 +68,8 @@ def read_png_header(path: Path, head: bytes, size: int) -> RawHeader:
     )
 
 
-def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
-    """Return the visible mosaic of a PNG file, shape (height, width) [DN].
+def decode_png(header: RawHeader, data: memoryview, *, out: NDArray[np.uint16] | None = None) -> NDArray[np.uint16]:
+    """Return the visible mosaic of a PNG file, shape (height, width) [DN]; in ``out`` where that fits.
 
     Raises
     ------
@@ -73,18 +77,49 @@ def decode_png(header: RawHeader, data: memoryview) -> NDArray[np.uint16]:
         ``file-truncated`` or ``file-damaged``.
 
     """
-    _check_chunks(data)
-    pixels = np.empty((header.raw_height, header.raw_width), np.uint16)
-    ask("png", data, out=pixels, shape=list(pixels.shape))
-    area = header.active_area
+    packed = _pixels_packed(data)
+    shape, area = (header.raw_height, header.raw_width), header.active_area
+    whole = (area.top, area.left, area.bottom, area.right) == (0, 0, *shape)
+    pixels = out if out is not None and whole else np.empty(shape, np.uint16)
+    if data[_INTERLACE]:
+        ask("png", data, out=pixels, shape=list(shape))
+    else:
+        _unpack(packed, pixels, size=header.bit_depth // 8)
     visible = pixels[area.top : area.bottom, area.left : area.right]
     return np.ascontiguousarray(visible)
 
 
-def _check_chunks(data: memoryview) -> None:
-    """Refuse a file whose chunks are damaged or cut: libpng would warn on stderr and hand out what it has."""
+def _unpack(packed: bytes, pixels: NDArray[np.uint16], *, size: int) -> None:
+    """Write the pixels of a file that is not interlaced, of ``size`` bytes each."""
+    from imagecodecs import DeflateError, deflate_decode  # noqa: PLC0415 - loads when used
+
+    from fullwell.kernels.png_rows import undo_filters  # noqa: PLC0415 - loads the JIT when used
+
+    rows, columns = pixels.shape
+    lines = _memory(rows * (1 + size * columns))
+    try:
+        found = deflate_decode(packed, out=lines.data)
+    except DeflateError as error:
+        raise UnreadableFileError("file-damaged", "the PNG pixels are damaged; copy the file again") from error
+    if len(found) != lines.size or not undo_filters(lines.reshape(rows, -1), pixels, size):
+        raise UnreadableFileError("file-damaged", "the PNG pixels are damaged; copy the file again")
+
+
+def _memory(size: int) -> NDArray[np.uint8]:
+    """Return memory that a thread uses again for every file of a size: new memory costs more than what it is for."""
+    kept: NDArray[np.uint8] | None = getattr(_OWN, "lines", None)
+    if kept is None or kept.size != size:
+        kept = _OWN.lines = np.empty(size, np.uint8)
+    return kept
+
+
+def _pixels_packed(data: memoryview) -> bytes:
+    """Return what the pixels are packed in, after refusing a file whose chunks are damaged or cut."""
+    from imagecodecs import deflate_crc32  # noqa: PLC0415 - loads when used
+
     position = len(SIGNATURE)
     name = b""
+    packed: list[memoryview] = []
     while name != _END:
         if position + 12 > len(data):
             raise UnreadableFileError("file-truncated", "the PNG file ends before its pixels do; copy it again")
@@ -93,6 +128,10 @@ def _check_chunks(data: memoryview) -> None:
         checked = position + 8 + length
         if checked + 4 > len(data):
             raise UnreadableFileError("file-truncated", "the PNG file ends before its pixels do; copy it again")
-        if zlib.crc32(data[position + 4 : checked]) != struct.unpack_from(">I", data, checked)[0]:
+        chunk = bytes(data[position + 4 : checked])
+        if deflate_crc32(chunk) != struct.unpack_from(">I", data, checked)[0]:
             raise UnreadableFileError("file-damaged", "the PNG pixels are damaged (checksum); copy the file again")
+        if name == _PIXELS:
+            packed.append(memoryview(chunk)[4:])
         position = checked + 4
+    return b"".join(packed)

@@ -126,6 +126,9 @@ def test_other_folders_are_left_out_and_named(tmp_path: Path, make_dng: MakeFram
     make_dng(tmp_path / "loose.dng")
     (tmp_path / "out").mkdir()
     (tmp_path / "out/results.json").write_text("{}", encoding="utf-8")
+    (tmp_path / "inputs").mkdir()  # of a simulation, with what it was made from
+    (tmp_path / "inputs/map.npy").touch()
+    (tmp_path / "truth.json").touch()
     study = load(tmp_path)
     assert [frame.name for one in study.series for frame in one.frames] == [
         "session/dark/deep/er/a.dng",

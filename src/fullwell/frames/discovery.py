@@ -126,7 +126,9 @@ def _is_frame(suffix: str, search: _Search) -> bool:
 
 
 def _is_our_output(folder: Path) -> bool:
-    return (folder / "results.json").is_file() or (folder / _CACHE_TAG).is_file()
+    """Tell folders of results, of finished series, and of what a simulated study was made from."""
+    simulated = folder.name == "inputs" and (folder.parent / "truth.json").is_file()
+    return simulated or (folder / "results.json").is_file() or (folder / _CACHE_TAG).is_file()
 
 
 def _findings(search: _Search) -> Iterator[Finding]:

@@ -13,7 +13,7 @@ from fullwell.raw.open import read_raw
 from fullwell.simulate.camera import build, take
 from fullwell.simulate.truth import true_values
 from fullwell.testing import simulated_study, simulation
-from fullwell.workflow.simulate import simulate
+from fullwell.workflow.simulation.simulate import simulate
 
 STUDY = {
     "isos": [100, 400],
@@ -143,7 +143,7 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path) -> None:
             assert frames == 1
             raise KeyboardInterrupt
 
-    from fullwell.workflow.simulate import simulate_config  # noqa: PLC0415 - named where it is used
+    from fullwell.workflow.simulation.simulate import simulate_config  # noqa: PLC0415 - named where it is used
 
     with pytest.raises(KeyboardInterrupt):
         simulate_config(simulation(study=STUDY), tmp_path / "study", workers=2, progress=Stop())

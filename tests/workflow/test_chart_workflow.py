@@ -16,8 +16,8 @@ from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study
 from fullwell.raw.image import Area, RawHeader
 from fullwell.units import DN, Measured
-from fullwell.workflow.chart import ChartOptions, chart, measure_chart_folders, measure_images
-from fullwell.workflow.chart_patches import WhereAbouts
+from fullwell.workflow.chart.chart import ChartOptions, chart, measure_chart_folders, measure_images
+from fullwell.workflow.chart.patches import WhereAbouts
 from fullwell.workflow.masked import masked_area, masked_sums
 from fullwell.workflow.measure.chart.shots import code_step
 from fullwell.workflow.options import Options

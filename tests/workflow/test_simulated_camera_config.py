@@ -12,11 +12,11 @@ from fullwell.simulate.config_text import config_text
 from fullwell.simulate.plan import plan
 from fullwell.testing import simulated_study, simulation
 from fullwell.workflow.characterize import characterize
-from fullwell.workflow.chart import ChartOptions, chart
-from fullwell.workflow.chart_patches import WhereAbouts
+from fullwell.workflow.chart.chart import ChartOptions, chart
+from fullwell.workflow.chart.patches import WhereAbouts
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
 from fullwell.workflow.options import Options
-from fullwell.workflow.simulated_camera import camera_from_models, camera_from_results
+from fullwell.workflow.simulation.camera import camera_from_models, camera_from_results
 
 STUDY = {
     "isos": [100, 400],

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fullwell.findings import Finding
-    from fullwell.workflow.chart import ChartOptions
+    from fullwell.workflow.chart.chart import ChartOptions
     from fullwell.workflow.options import Options
 
 
@@ -143,7 +143,7 @@ def _asked(
 ) -> "ChartOptions":
     """Return what is asked of the chart; ``where`` is --patches, --chart and --corners."""
     from fullwell.cli.chart_parsing import black_choice_from, where_from  # noqa: PLC0415 - heavy, as above
-    from fullwell.workflow.chart import ChartOptions  # noqa: PLC0415 - as above
+    from fullwell.workflow.chart.chart import ChartOptions  # noqa: PLC0415 - as above
 
     return ChartOptions(
         where=where_from(*where), separate=separate, black=black_choice_from(black_method), rendered=rendered
@@ -175,7 +175,7 @@ def _measure(
 
     if out is None:
         raise UsageError("Name a folder for the results with -o OUT (or look first with --dry-run).")
-    from fullwell.workflow.chart import chart as run  # noqa: PLC0415 - as above
+    from fullwell.workflow.chart.chart import chart as run  # noqa: PLC0415 - as above
 
     with shown_progress(quiet=quiet) as progress:
         results = run(images, out, options=options, asked=asked, progress=progress)

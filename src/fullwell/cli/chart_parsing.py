@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fullwell.errors import UsageError
-from fullwell.workflow.chart_patches import Corners, WhereAbouts
+from fullwell.workflow.chart.patches import Corners, WhereAbouts
 from fullwell.workflow.measure.chart.chart import BlackChoice
 
 LEGACY = "legacy-offset-ratio"

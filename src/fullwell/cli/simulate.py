@@ -69,8 +69,8 @@ def simulate(
         from fullwell.errors import UsageError  # noqa: PLC0415 - heavy, and `--help` does not need it
         from fullwell.simulate.config import shipped_text  # noqa: PLC0415 - as above
         from fullwell.simulate.config_text import config_text  # noqa: PLC0415 - as above
-        from fullwell.workflow.simulate import simulate_config  # noqa: PLC0415 - as above
-        from fullwell.workflow.simulation_source import chosen_camera  # noqa: PLC0415 - as above
+        from fullwell.workflow.simulation.simulate import simulate_config  # noqa: PLC0415 - as above
+        from fullwell.workflow.simulation.source import chosen_camera  # noqa: PLC0415 - as above
 
         if out is None and not show:
             raise UsageError("Name a folder for the frames with --out FOLDER (or look at the config with --print).")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.simulate.config import SimulationConfig, config_from
-from fullwell.workflow.simulate import SimulatedStudy, simulate_config
+from fullwell.workflow.simulation.simulate import SimulatedStudy, simulate_config
 
 SMALL_CAMERA: Final[Mapping[str, object]] = {
     "width": 192,

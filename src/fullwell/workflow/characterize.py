@@ -18,7 +18,7 @@ from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
 from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
-from fullwell.workflow.chart import ChartOutcome, measure_chart_folders, pictures_of
+from fullwell.workflow.chart.chart import ChartOutcome, measure_chart_folders, pictures_of
 from fullwell.workflow.cluster import connected
 from fullwell.workflow.description import describe
 from fullwell.workflow.duplicates import reduce_without_copies

@@ -17,8 +17,8 @@ from fullwell.report.compare_page import comparison_html
 from fullwell.report.emva_xml_reading import read_reference_results
 from fullwell.report.reading import read_results
 from fullwell.units import Measured
-from fullwell.workflow.simulate import SCHEMA as TRUTH_SCHEMA
-from fullwell.workflow.simulate import TRUTH as TRUTH_FILE
+from fullwell.workflow.simulation.simulate import SCHEMA as TRUTH_SCHEMA
+from fullwell.workflow.simulation.simulate import TRUTH as TRUTH_FILE
 
 _OWN: Final = frozenset({DOCUMENT, "compare.csv", "report.html"})
 _Record = Mapping[str, object]

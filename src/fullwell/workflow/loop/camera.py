@@ -13,7 +13,7 @@ from fullwell.workflow.characterize import Measurement, measure
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.loop.comparison import Comparison, compared
 from fullwell.workflow.options import Options
-from fullwell.workflow.simulate import simulate_config
+from fullwell.workflow.simulation.simulate import simulate_config
 
 STUDY: Final = "study"
 """Folder of the simulated frames."""

@@ -11,7 +11,7 @@ from fullwell.figures.results import Curve, Row
 from fullwell.report.reading import read_document
 from fullwell.simulate.config import CAMERAS, SimulationConfig, config_from, config_tables, shipped_config
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
-from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_models, camera_from_results
+from fullwell.workflow.simulation.camera import SimulatedCamera, camera_from_models, camera_from_results
 
 FIGURES: Final = "figures"
 """Table of a TOML file that states a noise model instead of a camera."""

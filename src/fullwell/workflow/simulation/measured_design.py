@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final, cast
 
 from fullwell.raw.cfa import MONO
-from fullwell.workflow.measured_figures import Figures
 from fullwell.workflow.shading.saved import map_files, saved_maps, suitable_map
+from fullwell.workflow.simulation.measured_figures import Figures
 
 _SHORTEST_S: Final = 1e-6
 """Exposure of bias frames whose files do not tell it."""

@@ -17,9 +17,9 @@ from fullwell.glossary import RECOMMENDED
 from fullwell.raw.cfa import ALL, cell
 from fullwell.report.pictures import ChartPicture, Pictures
 from fullwell.report.write import check_target, write_files
-from fullwell.workflow.chart_patches import WhereAbouts, located_finding, place, place_unasked
-from fullwell.workflow.chart_pictures import chart_pictures, rendered_points
-from fullwell.workflow.chart_reading import ChartReading, Placed, read_shots
+from fullwell.workflow.chart.patches import WhereAbouts, located_finding, place, place_unasked
+from fullwell.workflow.chart.pictures import chart_pictures, rendered_points
+from fullwell.workflow.chart.reading import ChartReading, Placed, read_shots
 from fullwell.workflow.description import describe
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.measure.chart.chart import BlackChoice, ChartMeasurement, measure_shots

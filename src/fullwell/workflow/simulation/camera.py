@@ -15,8 +15,8 @@ from fullwell.errors import UsageError
 from fullwell.figures.noise_model import GivenModel, native_values
 from fullwell.raw.cfa import ALL, MONO, channels
 from fullwell.simulate.config import SimulationConfig, config_from
-from fullwell.workflow.measured_design import measured_chart, measured_lens, measured_series
-from fullwell.workflow.measured_figures import Figures
+from fullwell.workflow.simulation.measured_design import measured_chart, measured_lens, measured_series
+from fullwell.workflow.simulation.measured_figures import Figures
 
 DEFAULT_ISO: Final = 100
 _ROOM: Final = 4.0

@@ -19,7 +19,7 @@ from fullwell.simulate.plan import PlannedFrame, plan
 from fullwell.simulate.shot import Camera
 from fullwell.simulate.truth import true_values
 from fullwell.workflow.executor import Progress
-from fullwell.workflow.simulated_preview import previewed, write_preview
+from fullwell.workflow.simulation.preview import previewed, write_preview
 
 TRUTH: Final = "truth.json"
 SCHEMA: Final = "fullwell-truth/1"

@@ -12,7 +12,7 @@ from fullwell.frames.chart.locate import CONFIDENCE, Located, Point, locate
 from fullwell.frames.chart.patches import Patch, check_patches, read_patches
 from fullwell.frames.series import Frame, Series, Study
 from fullwell.raw.cfa import cell
-from fullwell.workflow.chart_reading import Placed, mosaic_of
+from fullwell.workflow.chart.reading import Placed, mosaic_of
 
 BESIDE: Final = "patches.csv"
 """Name, in any case, of a file that says where the patches of the shots in its folder are."""

@@ -13,7 +13,7 @@ from fullwell.report.reading import read_document
 from fullwell.simulate.config import read_config, shipped_config
 from fullwell.workflow.model_figures import StatedFigures, models_of_figures
 from fullwell.workflow.model_files import models_of_file
-from fullwell.workflow.simulated_camera import SimulatedCamera, camera_from_models, camera_from_results
+from fullwell.workflow.simulation.camera import SimulatedCamera, camera_from_models, camera_from_results
 
 _PROFILE: Final = "noise_profile"
 

@@ -13,7 +13,7 @@ from fullwell.render.picture import developed, picture, read_picture, reduced
 from fullwell.render.tone import grey_world, relative
 from fullwell.report.pictures import ChartPicture, RenderedPoints
 from fullwell.statistics.patch import patch_statistics
-from fullwell.workflow.chart_reading import mosaic_of
+from fullwell.workflow.chart.reading import mosaic_of
 from fullwell.workflow.measure.chart.chart import ChartMeasurement
 from fullwell.workflow.measure.chart.levels import ChartLevels
 from fullwell.workflow.measure.chart.shots import Scene, Shots

@@ -1,0 +1,1 @@
+"""Shots of a test chart, read, located, measured and drawn."""

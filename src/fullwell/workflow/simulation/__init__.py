@@ -1,0 +1,1 @@
+"""Where a simulated camera comes from, and its raw files on disk."""

@@ -206,7 +206,8 @@ def beside(iso: NDArray[np.float64], index: int, count: int) -> NDArray[np.float
 def log_axis(axes: Axes, which: str) -> None:
     """Make an axis logarithmic, with plain numbers at few places: call it when all is drawn and limits are set."""
     axis = axes.xaxis if which == "x" else axes.yaxis
-    if math.isinf(axes.dataLim.minposx if which == "x" else axes.dataLim.minposy):
+    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
+    if low <= 0.0 and math.isinf(axes.dataLim.minposx if which == "x" else axes.dataLim.minposy):
         (axes.set_xlim if which == "x" else axes.set_ylim)(0.1, 1.0)  # nothing above zero is drawn
     (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()

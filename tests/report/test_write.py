@@ -7,7 +7,7 @@ import pytest
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
-from fullwell.report import write
+from fullwell.report import html, tables
 from fullwell.report.write import check_target, write_results
 
 SMALL = Results(study={"name": "a"}, rows=(), findings=(), curves=())
@@ -95,8 +95,8 @@ def test_checking_a_target_makes_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, OSError])
-@pytest.mark.parametrize("moment", ["rows_csv", "write_parquet", "report_html"])
-def test_a_failure_at_any_moment_leaves_what_was_there(tmp_path, monkeypatch, failure, moment):
+@pytest.mark.parametrize(("module", "moment"), [(tables, "rows_csv"), (tables, "write_parquet"), (html, "report_html")])
+def test_a_failure_at_any_moment_leaves_what_was_there(tmp_path, monkeypatch, failure, module, moment):
     out = tmp_path / "out"
     write_results(SMALL, out)
     before = (out / "results.json").read_bytes()
@@ -104,7 +104,7 @@ def test_a_failure_at_any_moment_leaves_what_was_there(tmp_path, monkeypatch, fa
     def fail(*_arguments, **_options):
         raise failure
 
-    monkeypatch.setattr(write, moment, fail)
+    monkeypatch.setattr(module, moment, fail)
     for target in (out, tmp_path / "new"):
         with pytest.raises(failure):
             write_results(replace(SMALL, study={"name": "b"}), target)

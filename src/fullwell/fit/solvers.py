@@ -5,11 +5,12 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, least_squares
 
 
 def root_between(function: Callable[[float], float], low: float, high: float) -> float:
     """Return where a function that changes sign between two points is zero (Brent)."""
+    from scipy.optimize import brentq  # noqa: PLC0415 - loads when used
+
     solve = cast("Callable[..., float]", brentq)
     return float(solve(function, low, high, xtol=1e-14))
 
@@ -27,6 +28,8 @@ def levenberg_marquardt(
         The parameters, the inverse of J' J there, and the sum of squares.
 
     """
+    from scipy.optimize import least_squares  # noqa: PLC0415 - loads when used
+
     solve = cast("Callable[..., Any]", least_squares)
     solution = solve(residuals, start, jac=jacobian, method="lm", xtol=1e-12, ftol=1e-12, gtol=1e-12)
     parameters = np.asarray(solution.x, np.float64)

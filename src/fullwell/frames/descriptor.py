@@ -7,15 +7,15 @@ is wrong is said with its line.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Final, NoReturn
 
 from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding, Severity
-from fullwell.frames.manifest_tables import DescriptorFacts, validated
-from fullwell.frames.series import Kind
+from fullwell.frames.campaign import Campaign
+from fullwell.frames.series import Camera, Kind, Light
 from fullwell.frames.source import Candidate, Given, Source
 from fullwell.raw.open import read_header
 
@@ -227,8 +227,7 @@ def read_descriptor(path: Path) -> Source:
     descriptor = parse_descriptor(path)
     findings = (*_unknown_lines(path, descriptor), *_dark_findings(path, descriptor))
     _check_photons(path, descriptor)
-    beside = path.with_suffix(".json")
-    facts = validated(DescriptorFacts, beside) if beside.is_file() else DescriptorFacts()
+    facts = _facts_beside(path)
     candidates: dict[str, Candidate] = {}
     for number, block in enumerate(descriptor.blocks):
         given = Given(
@@ -246,15 +245,42 @@ def read_descriptor(path: Path) -> Source:
                 raise UsageError(f"{path}, line {line}: {name} is listed twice; every frame counts once.")
             candidates[name] = Candidate(name=name, path=path.parent / name, kind=kind, given=given)
     _check_files(path, descriptor)
-    camera = facts.camera.camera
+    camera = facts.camera
     return Source(
         root=path.parent,
         camera=camera if camera.bit_depth else replace(camera, bit_depth=descriptor.bits),
         candidates=tuple(sorted(candidates.values(), key=lambda one: (one.name, one.kind))),
         findings=findings,
-        light=facts.light.light,
-        campaign=facts.emva.campaign,
+        light=facts.light,
+        campaign=facts.campaign,
         descriptor=True,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Facts:
+    """What the JSON file beside a descriptor tells."""
+
+    camera: Camera = field(default_factory=Camera)
+    light: Light = field(default_factory=Light)
+    campaign: Campaign = field(default_factory=Campaign)
+    iso: float | None = None
+    temperature_c: float | None = None
+
+
+def _facts_beside(path: Path) -> _Facts:
+    beside = path.with_suffix(".json")
+    if not beside.is_file():
+        return _Facts()
+    from fullwell.frames.manifest_tables import DescriptorFacts, validated  # noqa: PLC0415 - pydantic loads when used
+
+    told = validated(DescriptorFacts, beside)
+    return _Facts(
+        camera=told.camera.camera,
+        light=told.light.light,
+        campaign=told.emva.campaign,
+        iso=told.iso,
+        temperature_c=told.temperature_c,
     )
 
 

@@ -15,7 +15,6 @@ from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.frames.campaign import Campaign
-from fullwell.frames.manifest_tables import CameraFile, ManifestTables, toml_value, validated
 from fullwell.frames.series import CONTAINER_BITS, Camera, Kind, Light, Series, Study
 from fullwell.frames.source import Candidate, Given, Source
 from fullwell.raw.headerless_format import HeaderlessFormat, format_from, format_lines
@@ -39,6 +38,8 @@ def read_manifest(path: Path) -> Source:
         where a file is listed in two series.
 
     """
+    from fullwell.frames.manifest_tables import ManifestTables, validated  # noqa: PLC0415 - pydantic loads when used
+
     manifest = validated(ManifestTables, path)
     root = path.parent
     candidates: list[Candidate] = []
@@ -74,6 +75,8 @@ def read_camera(path: Path) -> Camera:
         Where the file has none, or it says something that is not allowed.
 
     """
+    from fullwell.frames.manifest_tables import CameraFile, validated  # noqa: PLC0415 - pydantic loads when used
+
     return validated(CameraFile, path).camera.camera
 
 
@@ -82,11 +85,11 @@ def _matches(patterns: Sequence[str], *, root: Path, where: str) -> list[str]:
     names: set[str] = set()
     for pattern in patterns:
         if not pattern or Path(pattern).is_absolute():
-            raise UsageError(f"{where}: {toml_value(pattern)} must be a path relative to the manifest.")
+            raise UsageError(f'{where}: "{pattern}" must be a path relative to the manifest.')
         literal = root / pattern
         found = [literal] if literal.is_file() else [path for path in root.glob(pattern) if path.is_file()]
         if not found:
-            raise UsageError(f"{where}: {toml_value(pattern)} matches no file below {root}.")
+            raise UsageError(f'{where}: "{pattern}" matches no file below {root}.')
         names |= {Path(os.path.relpath(path, root)).as_posix() for path in found}
     return sorted(names)
 

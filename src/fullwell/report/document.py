@@ -19,6 +19,8 @@ from fullwell.findings import Finding
 
 SCHEMA: Final = "fullwell-results/1"
 DOCUMENT: Final = "results.json"
+EMVA_FOLDER: Final = "emva1288"
+"""Folder of the result files of the reference package."""
 
 Plain: TypeAlias = "str | int | float | bool | list[Plain] | dict[str, Plain] | None"
 """What JSON can hold."""

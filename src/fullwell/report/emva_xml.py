@@ -14,9 +14,6 @@ from fullwell.report.curves import Table, table_named
 from fullwell.report.datasheet.build import LINEAR, PACKAGE, RELEASES
 from fullwell.report.emva_items import HISTOGRAMS, ITEMS, Item
 
-FOLDER: Final = "emva1288"
-"""Folder of these files in the results."""
-
 _SECTIONS: Final = ("dark_current", "defect_pixel", "info", "linearity", "sensitivity", "spatial")
 _TOOLKIT: Final = "toolkit"
 _PROFILES: Final = (PACKAGE, LINEAR)

@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 
 from fullwell.fit.legacy.dark import StudyDarkLine
@@ -29,7 +27,6 @@ DARK_CURRENT: Final = "dark_current.csv"
 README: Final = "README.txt"
 
 _SUFFIXES: Final = {ALL: "all_px", MONO: "all_px", "R": "r", "G": "g", "B": "b"}
-_PLAIN: Final = pa_csv.WriteOptions(include_header=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,8 +135,11 @@ def write_study_tables(tables: StudyTables, folder: Path) -> None:
 def write_matrix(path: Path, values: NDArray[np.float64]) -> None:
     """Write a matrix without a header, one line per row, shape (V, H)."""
     columns = np.ascontiguousarray(values.T)
+    import pyarrow as pa  # noqa: PLC0415 - loads when used
+    from pyarrow.csv import WriteOptions, write_csv  # noqa: PLC0415 - as above
+
     table = pa.table({str(index): column for index, column in enumerate(columns)})
-    pa_csv.write_csv(table, path, _PLAIN)
+    write_csv(table, path, WriteOptions(include_header=False))
 
 
 def _maps(responses: Sequence[ChannelResponse], *, prefix: str) -> Mapping[str, NDArray[np.float64]]:

@@ -1,7 +1,6 @@
 """The results folder: written beside its target and renamed into place, or not at all."""
 
 import os
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
@@ -9,13 +8,9 @@ from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import holds_document, replaced_folder
 from fullwell.findings import listed
-from fullwell.report.datasheet.build import build_datasheet
-from fullwell.report.datasheet.contents import Datasheet
-from fullwell.report.document import DOCUMENT, SCHEMA, results_json
-from fullwell.report.emva_xml import FOLDER, reference_files
-from fullwell.report.html import report_html
+from fullwell.report.datasheet.making import DatasheetMaker, datasheet_maker
+from fullwell.report.document import DOCUMENT, EMVA_FOLDER, SCHEMA, results_json
 from fullwell.report.pictures import Pictures
-from fullwell.report.tables import rows_csv, write_parquet
 
 OWN: Final = frozenset(
     {
@@ -27,7 +22,7 @@ OWN: Final = frozenset(
         "tables",
         "maps",
         "demo.json",
-        FOLDER,
+        EMVA_FOLDER,
         "loop.json",
         "repeats",
         "study",
@@ -99,30 +94,30 @@ def write_results(results: Results, out: Path, *, pictures: Pictures | None = No
         write_files(results, fresh, pictures=pictures)
 
 
-def write_files(results: Results, folder: Path, *, pictures: Pictures | None = None) -> None:
+def write_files(
+    results: Results, folder: Path, *, pictures: Pictures | None = None, maker: DatasheetMaker | None = None
+) -> None:
     """Write the files of `write_results` into a folder that is there already.
 
     Results by a profile of EMVA 1288 get report.pdf, the datasheet, and emva1288.xml, a result file of the reference
-    package.
+    package; ``maker`` is who makes the datasheet where this process shall not.
     """
-    datasheet = build_datasheet(results)
-    with ThreadPoolExecutor(1) as beside:
-        printed = None if datasheet is None else beside.submit(_printed, datasheet)
-        (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
-        (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
-        write_parquet(results.rows, folder / "results.parquet")
-        page = report_html(results, pictures, datasheet=datasheet)
-        (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
-        if printed is not None:
-            (folder / "report.pdf").write_bytes(printed.result())
-    if datasheet is not None:
-        (folder / FOLDER).mkdir()
+    if maker is None:
+        with datasheet_maker() as here:
+            write_files(results, folder, pictures=pictures, maker=here)
+        return
+    from fullwell.report.emva_xml import reference_files  # noqa: PLC0415 - all that draws loads when used
+    from fullwell.report.html import report_html  # noqa: PLC0415 - as above
+    from fullwell.report.tables import rows_csv, write_parquet  # noqa: PLC0415 - as above
+
+    maker.begin(results)
+    (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
+    (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
+    write_parquet(results.rows, folder / "results.parquet")
+    page = report_html(results, pictures, datasheet=maker.datasheet)
+    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+    if maker.datasheet() is not None:
+        (folder / "report.pdf").write_bytes(maker.pdf())
+        (folder / EMVA_FOLDER).mkdir()
         for name, text in reference_files(results):
-            (folder / FOLDER / name).write_text(text, encoding="utf-8", newline="\n")
-
-
-def _printed(datasheet: Datasheet) -> bytes:
-    """Return report.pdf: Typst works beside Python, which makes the page meanwhile."""
-    from fullwell.report.datasheet.pdf import datasheet_pdf  # noqa: PLC0415 - Typst loads for a datasheet alone
-
-    return datasheet_pdf(datasheet)
+            (folder / EMVA_FOLDER / name).write_text(text, encoding="utf-8", newline="\n")

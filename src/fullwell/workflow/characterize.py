@@ -2,23 +2,24 @@
 
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fullwell.errors import UsageError
-from fullwell.figures.results import Results
+from fullwell.figures.results import Results, Row
 from fullwell.files import replaced_folder
 from fullwell.findings import worst_first
 from fullwell.frames.series import Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
+from fullwell.report.datasheet.making import datasheet_maker
 from fullwell.report.pictures import Pictures, ResponsePicture
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
 from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
-from fullwell.workflow.chart.chart import ChartOutcome, measure_chart_folders, pictures_of
 from fullwell.workflow.cluster import connected
 from fullwell.workflow.description import describe
 from fullwell.workflow.duplicates import reduce_without_copies
@@ -39,6 +40,9 @@ from fullwell.workflow.plan import Cluster
 from fullwell.workflow.published.study import measure_published_study
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
+
+if TYPE_CHECKING:
+    from fullwell.workflow.chart.chart import ChartOutcome
 
 LARGEST_TILE = 64
 SMALLEST_TILE = 8
@@ -84,7 +88,8 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     started = time.monotonic()
     study = _study_to_measure(path, options)
     cache = opened_cache(options, out=out)
-    with replaced_folder(out) as folder:
+    apart = bool(options.profiles) and options.workers > 1
+    with replaced_folder(out) as folder, datasheet_maker(apart=apart) as maker:
         with connected(options.dask, workers=options.workers) as cluster:
             measurement = _measure(
                 study, options=options, progress=progress, folder=folder, cache=cache, cluster=cluster
@@ -93,7 +98,7 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
             cache.sweep()
         run = run_facts(study=path, out=out, options=options, started=started, cache=cache)
         results = replace(measurement.results, run=run)
-        write_files(results, folder, pictures=measurement.pictures)
+        write_files(results, folder, pictures=measurement.pictures, maker=maker)
     return results
 
 
@@ -182,7 +187,7 @@ def _measured(
     rows = [row for one in isos for row in one.section.rows]
     shadings = [shading for one in isos for shading in one.shadings]
     differences_section, differences = measure_shading_differences(shadings, workers=options.workers)
-    charts = measure_chart_folders(study, rows, options=options, progress=progress)
+    charts = _charts(study, rows, options=options, progress=progress)
     published = measure_published_study(study, isos, options=options, folder=folder, progress=progress)
     across = joined(
         (
@@ -190,7 +195,7 @@ def _measured(
             measure_iso_constancy([IsoPattern(bursts=one.bursts, channels=one.patterns) for one in isos], rows),
             differences_section,
             published.section,
-            charts.section,
+            *(() if charts is None else (charts.section,)),
         )
     )
     findings = (*over_isos((one.bursts, one.section) for one in isos), *across.findings)
@@ -203,9 +208,18 @@ def _measured(
             shading_differences=difference_pictures(differences),
             responses=tuple(responses),
         )
-        pictures = replace(pictures, charts=pictures_of(study, charts))
+        pictures = replace(pictures, charts=() if charts is None else charts.pictures(study))
     results = _results(study, reduction, charts, section, settings=_settings(options, tile))
     return Measurement(results=results, groups=groups, pictures=pictures)
+
+
+def _charts(study: Study, rows: Sequence[Row], *, options: Options, progress: Progress | None) -> "ChartOutcome | None":
+    """Measure the charts of a study, None where it has none."""
+    if not any(one.kind is Kind.CHART for one in study.series):
+        return None
+    from fullwell.workflow.chart.chart import measure_chart_folders  # noqa: PLC0415 - heavy, and few studies have charts
+
+    return measure_chart_folders(study, rows, options=options, progress=progress)
 
 
 def default_tile(study: Study) -> int:
@@ -218,12 +232,17 @@ def default_tile(study: Study) -> int:
 
 
 def _results(
-    study: Study, reduction: Reduction, charts: ChartOutcome, section: Section, *, settings: Mapping[str, object]
+    study: Study,
+    reduction: Reduction,
+    charts: "ChartOutcome | None",
+    section: Section,
+    *,
+    settings: Mapping[str, object],
 ) -> Results:
     unfit = bit_depth_findings(study, reduction.statistics.values())
     findings = (*study.findings, *reduction.findings, *unfit, *section.findings)
     hashes, excluded = dict(reduction.hashes), list(reduction.excluded)
-    for reading in charts.readings:
+    for reading in charts.readings if charts else ():
         hashes |= reading.hashes
         excluded += reading.excluded
     return Results(

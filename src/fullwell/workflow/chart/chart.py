@@ -63,6 +63,10 @@ class ChartOutcome:
     readings: tuple[ChartReading, ...]
     measurements: tuple[ChartMeasurement, ...]
 
+    def pictures(self, study: Study) -> tuple[ChartPicture, ...]:
+        """Return the charts with their patches, for the report."""
+        return tuple(one for measurement in self.measurements for one in chart_pictures(study, measurement))
+
 
 def chart(
     images: Sequence[Path], out: Path, *, options: Options, asked: ChartOptions, progress: Progress | None = None
@@ -98,7 +102,7 @@ def chart(
     study = load_images(images, options.selection, kind=Kind.CHART)
     _refuse_to_replace(study, out)
     outcome, findings = measure_images(study, options=options, asked=asked, progress=progress)
-    pictures = Pictures(charts=pictures_of(study, outcome))
+    pictures = Pictures(charts=outcome.pictures(study))
     if asked.rendered is not None:
         points, said = rendered_points(asked.rendered, outcome.measurements[0].shots)
         pictures, findings = replace(pictures, rendered=(points,)), (*findings, *said)
@@ -189,11 +193,6 @@ def measure_chart_folders(
             measurements.append(measurement)
             sections.append(_beside(measurement.section, rows))
     return ChartOutcome(section=joined(sections), readings=tuple(readings), measurements=tuple(measurements))
-
-
-def pictures_of(study: Study, outcome: ChartOutcome) -> tuple[ChartPicture, ...]:
-    """Return the charts with their patches, for the report."""
-    return tuple(one for measurement in outcome.measurements for one in chart_pictures(study, measurement))
 
 
 def _read(study: Study, placed: Sequence[Placed], *, options: Options, progress: Progress | None) -> ChartReading:

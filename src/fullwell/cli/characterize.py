@@ -3,7 +3,7 @@
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -26,12 +26,12 @@ from fullwell.cli.options import (
     Profiles,
     Quiet,
     Recheck,
+    StudyPath,
     Tile,
     Verbose,
     Version,
     White,
     Workers,
-    path_from,
 )
 from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded, status_of
@@ -43,12 +43,7 @@ if TYPE_CHECKING:
 
 
 def characterize(
-    path: Annotated[
-        Path,
-        typer.Argument(
-            parser=path_from, metavar="PATH", help="A study folder, a study.toml, or an EMVA 1288 descriptor."
-        ),
-    ],
+    path: StudyPath,
     *,
     out: Out = None,
     iso: Isos = None,

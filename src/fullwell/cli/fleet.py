@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fullwell.cli.options import Cache, Dask, Json, NoCache, Quiet, Recheck, Verbose, Version, Workers, path_from
+from fullwell.cli.options import (
+    Cache,
+    Dask,
+    Json,
+    NoCache,
+    Quiet,
+    Recheck,
+    Verbose,
+    Version,
+    Workers,
+    path_from,
+    source_from,
+)
 from fullwell.cli.status import DONE, DONE_WITH_ERRORS, guarded
 
 if TYPE_CHECKING:
@@ -16,7 +28,8 @@ if TYPE_CHECKING:
 
 def fleet(
     studies: Annotated[
-        list[Path], typer.Argument(parser=path_from, metavar="STUDY...", help="Study folders, or study.toml files.")
+        list[Path],
+        typer.Argument(parser=source_from, metavar="STUDY...", help="Study folders, or study.toml files; also URLs."),
     ],
     *,
     out: Annotated[

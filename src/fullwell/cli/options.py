@@ -26,7 +26,29 @@ def path_from(text: str | Path) -> Path:
     """
     if not str(text).strip():
         raise typer.BadParameter("the path is empty; for the current folder give a dot.")
+    if "://" in str(text):
+        raise typer.BadParameter(f"{text} is a URL; only studies and raw files are read from there.")
     return Path(text)
+
+
+def source_from(text: str | Path) -> Path:
+    """Return the path of a study or a raw file, which may lie at a URL.
+
+    Raises
+    ------
+    typer.BadParameter
+        The text is empty, or nothing that is installed reads such a URL.
+
+    """
+    if "://" not in str(text):
+        return path_from(text)
+    from fullwell.errors import UsageError  # noqa: PLC0415 - `--help` does not need it
+    from fullwell.raw.remote import located  # noqa: PLC0415 - as above
+
+    try:
+        return located(str(text))
+    except UsageError as error:
+        raise typer.BadParameter(str(error)) from error
 
 
 Version = Annotated[
@@ -109,6 +131,14 @@ Cache = Annotated[
         parser=path_from,
         metavar="FOLDER",
         help="Keep finished series here, for other studies too, up to 32 GB; by default in OUT.cache.",
+    ),
+]
+StudyPath = Annotated[
+    Path,
+    typer.Argument(
+        parser=source_from,
+        metavar="PATH",
+        help="A study folder, a study.toml, or an EMVA 1288 descriptor; here or at a URL.",
     ),
 ]
 NoCache = Annotated[bool, typer.Option("--no-cache", help="Keep no finished series, and use none.")]

@@ -11,8 +11,11 @@ from fullwell.frames.role import kind_of_folder
 from fullwell.frames.series import Camera, Kind
 from fullwell.frames.source import COMPANION_SUFFIXES, PREVIEW_SUFFIXES, RAW_SUFFIXES, Candidate, Source
 from fullwell.raw.presets import read_presets
+from fullwell.raw.remote import Entry, RemotePath
 
 _KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or scene (any depth below them)"
+
+_Entry = os.DirEntry[str] | Entry
 
 _CACHE_TAG = "CACHEDIR.TAG"
 """Holds a folder of what can be made again, such as finished series of ours."""
@@ -73,33 +76,39 @@ def _walk(folder: Path, *, prefix: str, kind: Kind | None, search: _Search) -> b
         return False
     search.visited.add(identity)
     folders, files = _entries(folder)
-    _collect(files, prefix=prefix, kind=kind, search=search)
+    _collect(folder, files, prefix=prefix, kind=kind, search=search)
     met = False
     nameless: list[str] = []
     for entry in folders:
         name = f"{prefix}{entry.name}"
         below = kind or kind_of_folder(entry.name)
-        if _walk(Path(entry.path), prefix=f"{name}/", kind=below, search=search) or below is not None:
+        if _walk(folder / entry.name, prefix=f"{name}/", kind=below, search=search) or below is not None:
             met = True
-        elif not _is_our_output(Path(entry.path)):
+        elif not _is_our_output(folder / entry.name):
             nameless.append(name)
     if kind is None and (met or not prefix):
         search.left_out += nameless
     return met
 
 
-def _entries(folder: Path) -> tuple[list[os.DirEntry[str]], list[os.DirEntry[str]]]:
+def _entries(folder: Path) -> tuple[list[_Entry], list[_Entry]]:
     """Return the visible folders (links last, so that a folder's own name wins) and files, sorted by name."""
     try:
-        with os.scandir(folder) as scan:
-            visible = sorted((entry for entry in scan if not entry.name.startswith(".")), key=lambda entry: entry.name)
+        visible = sorted((one for one in _listing(folder) if not one.name.startswith(".")), key=lambda one: one.name)
     except OSError as error:
         raise UsageError(f"Cannot read the folder {folder}: {error.strerror}.") from error
     folders = [entry for entry in visible if entry.is_dir()]
     return sorted(folders, key=lambda entry: entry.is_symlink()), [entry for entry in visible if not entry.is_dir()]
 
 
-def _collect(files: list[os.DirEntry[str]], *, prefix: str, kind: Kind | None, search: _Search) -> None:
+def _listing(folder: Path) -> list[_Entry]:
+    if isinstance(folder, RemotePath):
+        return [*folder.entries()]
+    with os.scandir(folder) as scan:
+        return [*scan]
+
+
+def _collect(folder: Path, files: list[_Entry], *, prefix: str, kind: Kind | None, search: _Search) -> None:
     developed = {Path(entry.name).stem for entry in files if Path(entry.name).suffix.lower() == ".dng"}
     for entry in files:
         name, suffix = f"{prefix}{entry.name}", Path(entry.name).suffix.lower()
@@ -112,11 +121,11 @@ def _collect(files: list[os.DirEntry[str]], *, prefix: str, kind: Kind | None, s
             search.previews += 1
         elif kind is None:
             search.loose.append(name)
-        elif (identity := (os.path.realpath(entry.path), kind)) in search.taken:
+        elif (identity := (os.path.realpath(folder / entry.name), kind)) in search.taken:
             search.duplicates.append(name)
         else:
             search.taken.add(identity)
-            search.candidates.append(Candidate(name=name, path=Path(entry.path), kind=kind))
+            search.candidates.append(Candidate(name=name, path=folder / entry.name, kind=kind))
 
 
 def _is_frame(suffix: str, search: _Search) -> bool:

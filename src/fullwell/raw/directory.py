@@ -122,7 +122,7 @@ def read_directories(path: Path) -> Directories:
     from tifffile import TiffFile  # noqa: PLC0415 - loads when used
 
     try:
-        with TiffFile(path, _multifile=False) as tiff:
+        with path.open("rb") as file, TiffFile(file, _multifile=False) as tiff:
             return _directories(tiff)
     except UnreadableFileError:
         raise

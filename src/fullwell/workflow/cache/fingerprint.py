@@ -9,6 +9,8 @@ import time
 from pathlib import Path
 from typing import Final
 
+from fullwell.raw.remote import RemotePath
+
 TICK_NS: Final = 2_000_000_000
 """The coarsest clock of a file system in use [ns]."""
 
@@ -19,9 +21,12 @@ def fingerprint(path: Path) -> str | None:
     Returns
     -------
     str or None
-        None where the file is missing, or was changed so lately that its times may not tell of another change.
+        None where the file is missing, was changed so lately that its times may not tell of another change, or lies at
+        a URL, where nothing tells.
 
     """
+    if isinstance(path, RemotePath):
+        return None
     try:
         found = path.stat()
     except OSError:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError
 from fullwell.frames.series import Kind
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, read_bytes
 from fullwell.statistics.noise_correlation import NoiseCorrelation, noise_correlation
 from fullwell.workflow.masked import MaskedArea, MaskedSums, masked_area, masked_sums
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -96,7 +96,7 @@ def _look(burst: Burst, masked: list[tuple[MaskedSums, ...]]) -> PairLook | None
     middles: list[NDArray[np.uint16]] = []
     try:
         for frame in frames:
-            data = frame.header.path.read_bytes()
+            data = read_bytes(frame.header)
             middles.append(_middle(decode(frame.header, data), burst.cell))
             masked.append(masked_sums(frame.header, data))
     except (RawFileError, OSError):

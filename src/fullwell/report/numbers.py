@@ -58,6 +58,8 @@ def show_value(measured: Measured) -> str:
     --------
     >>> show_value(Measured.normal(5832.7, 41.2, "e-"))
     '5833'
+    >>> show_value(Measured.exact(1.672e-4, "1"))  # as with an error
+    '1.672 × 10⁻⁴'
 
     """
     if not math.isfinite(measured.value):
@@ -189,7 +191,8 @@ def _significant(value: float, digits: int, *, all_digits: bool = False) -> str:
         return "0"
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     exponent = int(power)
-    if _SMALLEST_PLAIN_EXPONENT - 1 < exponent < _LARGEST_PLAIN_EXPONENT:
+    smallest = _SMALLEST_PLAIN_EXPONENT if all_digits else _SMALLEST_PLAIN_EXPONENT - 1
+    if smallest < exponent < _LARGEST_PLAIN_EXPONENT:
         text = _fixed(value, exponent - digits + 1)
         return text if all_digits else _trimmed(text)
     shown = mantissa if all_digits else _trimmed(mantissa)

@@ -50,7 +50,7 @@ UNITS = {
     "dark_variance_fitted": "DN^2",
     "deviation_std_error": "%",
 }
-FLAGS = {"in_range", "in_linearity", "saturation", "measured", "method", "iso", "channel", "direction"}
+FLAGS = {"in_range", "in_linearity", "saturation", "measured", "method", "iso", "temperature_c", "channel", "direction"}
 
 
 def curve(name, parts, **units):
@@ -58,7 +58,8 @@ def curve(name, parts, **units):
     columns = {}
     for method, iso, channel, values in parts:
         length = len(next(iter(values.values())))
-        for key, column in {"method": [method] * length, "iso": [iso] * length, "channel": [channel] * length}.items():
+        place = {"method": method, "iso": iso, "temperature_c": None, "channel": channel}
+        for key, column in {key: [value] * length for key, value in place.items()}.items():
             columns.setdefault(key, []).extend(column)
         for key, column in values.items():
             columns.setdefault(key, []).extend(

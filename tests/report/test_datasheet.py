@@ -94,7 +94,7 @@ def test_numbers_that_round_to_zero_have_no_minus():
 def test_what_is_missing_is_named_with_its_reason():
     results = synthetic_campaign(photons_known=False, campaign={})
     rows = [row for row in rows_at(results) if not row.quantity.startswith(("dsnu", "prnu"))]
-    points = [("ISO 100", Curves(curves=results.curves, profile=METHOD, iso=100.0))]
+    points = [("ISO 100", Curves(curves=results.curves, profile=METHOD, iso=100.0, temperature_c=None))]
     missing = {one.item: one.reason for one in missing_items(results, rows, points)}
     assert set(missing) == {
         "Quantum efficiency",
@@ -125,7 +125,7 @@ def test_a_whole_campaign_misses_nothing(campaign, sheet):
             for curve in campaign.curves
         ),
     )
-    points = [("ISO 100", Curves(curves=short.curves, profile=METHOD, iso=100.0))]
+    points = [("ISO 100", Curves(curves=short.curves, profile=METHOD, iso=100.0, temperature_c=None))]
     found = missing_items(short, [row for row in short.rows if row.method == METHOD], points)
     assert [one.item for one in found] == ["ISO 100: exposure steps"]
 
@@ -156,7 +156,7 @@ def test_long_tables_are_thinned_evenly_and_say_so(campaign):
     places = thinned_places(1000)
     assert (len(places), places[0], places[-1]) == (MOST_LINES, 0, 999)
     assert {b - a for a, b in itertools.pairwise(places)} <= {16, 17}
-    profile = Curves(curves=campaign.curves, profile=METHOD, iso=100.0).table("emva_profile_dsnu")
+    profile = Curves(curves=campaign.curves, profile=METHOD, iso=100.0, temperature_c=None).table("emva_profile_dsnu")
     table = data_tables(profile, [("index", "index", ""), ("mean", "mean", "DN")])[0]
     assert (len(table.lines), table.total) == (MOST_LINES, 640 + 480)
 

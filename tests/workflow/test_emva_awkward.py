@@ -100,13 +100,21 @@ def test_a_filter_in_the_camera_marks_the_figures_of_the_profile_too(tmp_path: P
     assert not any("processed" in row.flags for row in plain.rows)
 
 
-@pytest.mark.parametrize(("apart", "told"), [(0.0, False), (3.0, False), (20.0, True)])
-def test_temperatures_that_differ_are_told(tmp_path: Path, apart: float, *, told: bool) -> None:
+@pytest.mark.parametrize(
+    ("steps", "told"),
+    [
+        ({}, set()),
+        ({"9000": 3.0}, set()),
+        ({"9000": 20.0}, {"several-temperatures"}),
+        ({f"{1000 * step}": 1.5 * step for step in range(1, 10)}, {"emva-temperatures"}),
+    ],
+)
+def test_temperatures_that_differ_are_told(tmp_path: Path, steps: dict[str, float], told: set[str]) -> None:
     path = campaign(tmp_path / "warm")
     for image in path.parent.glob("*.png"):
-        celsius = 25.0 + (apart if "9000" in image.name else 0.0)
-        image.with_suffix(".json").write_text(json.dumps({"DeviceTemperature": celsius}))
-    assert ("emva-temperatures" in codes(measured(path))) is told
+        warmer = next((rise for name, rise in steps.items() if f"b{name}_" in image.name), 0.0)
+        image.with_suffix(".json").write_text(json.dumps({"DeviceTemperature": 25.0 + warmer}))
+    assert codes(measured(path)) & {"emva-temperatures", "several-temperatures"} == told
 
 
 def test_what_is_missing_of_every_channel_is_said_once(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from fullwell.cli.tables import plain_table, print_findings
-from fullwell.figures.results import Results, Row
+from fullwell.figures.results import Results, Row, at_main_temperature
 from fullwell.glossary import RECOMMENDED
 from fullwell.raw.cfa import channel_rank
 from fullwell.report.numbers import show, show_iso, show_unit
@@ -29,7 +29,7 @@ _HEADLINES: Final = (
 def print_summary(console: Console, results: Results, *, out: Path) -> None:
     """Print findings, a table of the recommended figures per ISO, and the report's place."""
     print_findings(console, results.findings)
-    recommended = [row for row in results.rows if _is_headline(row)]
+    recommended = [row for row in at_main_temperature(results.rows) if _is_headline(row)]
     for iso in sorted({row.iso for row in recommended}, key=lambda iso: (iso is not None, iso or 0.0)):
         _print_iso(console, iso, [row for row in recommended if row.iso == iso])
     console.print(f"Report: {escape(str(out / 'report.html'))}", highlight=False, soft_wrap=True)

@@ -1,6 +1,6 @@
 """A result is a row: one figure of merit with its uncertainty, method and source."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from fullwell.findings import Finding
@@ -40,6 +40,16 @@ class Row:
     snr_threshold: float | None = None
     flags: tuple[str, ...] = ()
     source: str = ""
+
+
+def at_main_temperature(rows: Iterable[Row]) -> tuple[Row, ...]:
+    """Return the rows of each ISO at the temperature that its first row names, and those that name none.
+
+    An ISO is measured at one temperature; figures at others follow, and are theirs alone.
+    """
+    every = tuple(rows)
+    main = {row.iso: row.temperature_c for row in reversed(every) if row.temperature_c is not None}
+    return tuple(row for row in every if row.temperature_c in {None, main.get(row.iso)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import fdtrc
+from scipy.special import chdtrc, fdtrc
 
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.solvers import levenberg_marquardt
@@ -91,9 +91,11 @@ class DoublingFit:
     dark_current
         I0 at the reference temperature, in the unit of the data.
     doubling_c
-        Td [K].
+        Td; its interval is that of the rate 1 / Td, turned over, and None where the rate may be 0 [K].
     deviance, deviance_dof
         Chi-square of the fit.
+    misfit
+        Whether it lies beyond its 99 % point: errors are scaled.
 
     """
 
@@ -101,6 +103,7 @@ class DoublingFit:
     doubling_c: Measured
     deviance: float
     deviance_dof: int
+    misfit: bool
 
 
 def fit_dark_line(
@@ -260,12 +263,24 @@ def fit_doubling_temperature(
         return np.stack([by_level, by_level * degrees], axis=-1)
 
     solution, covariance, deviance = levenberg_marquardt(residuals, jacobian, np.array([start, rate]))
-    level, rate = float(2.0 ** solution[0]), float(solution[1])
+    level, rate, dof = float(2.0 ** solution[0]), float(solution[1]), degrees.size - 2
+    misfit = dof > 0 and chdtrc(dof, deviance) < 0.01
+    scale = math.sqrt(deviance / dof) if misfit else 1.0
+    level_error, rate_error = (scale * math.sqrt(covariance[i, i]) for i in (0, 1))
+    half = student_975(dof if misfit else None) * rate_error
+    doubling = Measured(
+        value=1.0 / rate,
+        unit="K",
+        std_error=rate_error / rate**2,
+        dof=float(dof) if misfit else None,
+        ci95=(1.0 / (rate + half), 1.0 / (rate - half)) if half < rate else None,
+    )
     return DoublingFit(
-        dark_current=Measured.normal(level, level * math.log(2.0) * math.sqrt(covariance[0, 0]), unit),
-        doubling_c=Measured.normal(1.0 / rate, math.sqrt(covariance[1, 1]) / rate**2, "K"),
+        dark_current=Measured.normal(level, level * math.log(2.0) * level_error, unit),
+        doubling_c=doubling,
         deviance=deviance,
-        deviance_dof=degrees.size - 2,
+        deviance_dof=dof,
+        misfit=misfit,
     )
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.reading import Reading
-from fullwell.frames.series import Exclusion, Kind, Series
+from fullwell.frames.series import MEASURED_KINDS, Exclusion, Series
 
 TEMPERATURE_SPREAD_C: Final = 2.0
 """Dark current changes by some 20 % over 2 degrees Celsius (it doubles every 6 to 8)."""
@@ -124,7 +124,7 @@ def _iso_unknown(series: Sequence[Series]) -> Iterator[Finding]:
 
 
 def _single_frames(series: Sequence[Series]) -> Iterator[Finding]:
-    alone = [one for one in series if len(one.frames) == 1 and one.kind in {Kind.FLAT, Kind.DARK, Kind.BIAS}]
+    alone = [one for one in series if len(one.frames) == 1 and one.kind in MEASURED_KINDS]
     if alone:
         yield Finding(
             code="single-frame-series",
@@ -138,11 +138,12 @@ def _single_frames(series: Sequence[Series]) -> Iterator[Finding]:
 
 
 def _temperatures(series: Sequence[Series]) -> Iterator[Finding]:
-    for iso in sorted({one.iso for one in series}, key=lambda iso: iso or 0.0):
+    conditions = {(one.iso, one.condition_c) for one in series}
+    for iso, condition_c in sorted(conditions, key=lambda one: tuple(value or 0.0 for value in one)):
         known = [
             (frame.header.temperature_c, frame.name)
             for one in series
-            if one.iso == iso and one.kind in {Kind.FLAT, Kind.DARK, Kind.BIAS}
+            if (one.iso, one.condition_c) == (iso, condition_c) and one.kind in MEASURED_KINDS
             for frame in one.frames
             if frame.header.temperature_c is not None
         ]

@@ -1,14 +1,37 @@
-"""Frames of one kind with the same ISO and exposures within 0.5 % are one series (RESULTS 1)."""
+"""Frames of one kind with the same ISO, exposures within 0.5 % and one temperature are one series (RESULTS 1)."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Final, NamedTuple
 
 from fullwell.frames.reading import Reading
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
-from fullwell.frames.series import Kind, Light, Series
+from fullwell.frames.series import MEASURED_KINDS, Kind, Light, Series
 from fullwell.model.irradiation import photons_per_pixel
+
+APART_C: Final = 4.0
+"""A gap between temperatures that warming up does not explain: beyond it they are conditions of their own [deg C]."""
+
+
+def conditions(temperatures_c: Iterable[float]) -> tuple[tuple[float, ...], ...]:
+    """Group temperatures into the conditions of a study, the coldest first.
+
+    Parameters
+    ----------
+    temperatures_c
+        Of its frames, in any order [deg C].
+
+    Examples
+    --------
+    >>> conditions([20.1, 35.2, 20.4, 22.0])
+    ((20.1, 20.4, 22.0), (35.2,))
+
+    """
+    every = sorted(set(temperatures_c))
+    cuts = [index for index, (one, following) in enumerate(pairwise(every), 1) if following - one > APART_C]
+    return tuple(tuple(every[first:last]) for first, last in pairwise([0, *cuts, len(every)]) if every)
 
 
 def group_exposures(exposures_s: Iterable[float]) -> tuple[tuple[float, ...], ...]:
@@ -39,8 +62,8 @@ def group_series(
 ) -> tuple[Series, ...]:
     """Group frames into series, sorted by key; a series' exposure is the mean of its frames'.
 
-    Flats under different light, stacks and pairs, and the blocks of a descriptor are series of their own. Photons
-    follow from the irradiance where none are stated.
+    Flats under different light, stacks and pairs, the blocks of a descriptor, and frames at temperatures apart are
+    series of their own. Photons follow from the irradiance where none are stated.
 
     Parameters
     ----------
@@ -53,9 +76,10 @@ def group_series(
 
     """
     ordered = sorted(readings, key=lambda reading: reading.frame.name)
+    condition = _conditions_of(ordered)
     families: dict[_Family, list[Reading]] = {}
     for reading in ordered:
-        families.setdefault(_family(reading), []).append(reading)
+        families.setdefault(_family(reading, condition), []).append(reading)
     series = [
         _illuminated(_series(family, members), family, light=light or Light(), area_um2=area_um2)
         for family, every in families.items()
@@ -72,10 +96,20 @@ class _Family(NamedTuple):
     pulse_s: float | None
     stack: bool | None
     block: int | None
+    condition_c: float | None
 
 
-def _family(reading: Reading) -> _Family:
-    given, lit = reading.given, reading.kind is Kind.FLAT
+def _conditions_of(readings: Iterable[Reading]) -> Mapping[float, float]:
+    """Return the mean temperature of each temperature's condition; nothing where all are one."""
+    known = [one.frame.header.temperature_c for one in readings if one.kind in MEASURED_KINDS]
+    found = conditions(celsius for celsius in known if celsius is not None)
+    if len(found) < 2:
+        return {}
+    return {celsius: round(mean(group), 1) for group in found for celsius in group}
+
+
+def _family(reading: Reading, condition: Mapping[float, float]) -> _Family:
+    given, lit, celsius = reading.given, reading.kind is Kind.FLAT, reading.frame.header.temperature_c
     return _Family(
         kind=reading.kind,
         iso=reading.frame.header.iso,
@@ -84,6 +118,7 @@ def _family(reading: Reading) -> _Family:
         pulse_s=given.pulse_s if lit else None,
         stack=given.stack,
         block=given.block,
+        condition_c=condition.get(celsius) if celsius is not None and reading.kind in MEASURED_KINDS else None,
     )
 
 
@@ -141,5 +176,6 @@ def _series(family: _Family, members: Sequence[Reading]) -> Series:
         temperature_c=mean(temperatures) if temperatures else None,
         photons=family.photons,
         stack=family.stack,
+        condition_c=family.condition_c,
         frames=tuple(member.frame for member in members),
     )

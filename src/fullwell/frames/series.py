@@ -15,8 +15,11 @@ CONTAINER_BITS: Final = 16
 HIGHEST_CODE: Final = 2**CONTAINER_BITS - 1
 """No level lies above it [DN]."""
 
-SeriesKey = tuple[str, float, float] | tuple[str, float, float, float, bool]
-"""Kind, ISO, exposure, then photons and stack where they are known: what identifies and orders a series in a study."""
+SeriesKey = (
+    tuple[str, float, float] | tuple[str, float, float, float, bool] | tuple[str, float, float, float, bool, float]
+)
+"""What identifies and orders a series: kind, ISO, exposure, then photons and stack where they are known, then the
+temperature where a study has several."""
 
 
 class Kind(StrEnum):
@@ -27,6 +30,10 @@ class Kind(StrEnum):
     BIAS = "bias"
     CHART = "chart"
     SCENE = "scene"
+
+
+MEASURED_KINDS: Final = (Kind.FLAT, Kind.DARK, Kind.BIAS)
+"""Frames of an even field or of none: what series are reduced from."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +75,8 @@ class Series:
     stack
         True for a stack of frames that shows the fixed pattern, False for a pair that shows the temporal noise, as
         EMVA 1288 keeps them apart; None for frames that serve as both.
+    condition_c
+        Temperature that tells the series from those at another one, None where the study has one only.
 
     """
 
@@ -78,11 +87,14 @@ class Series:
     temperature_c: float | None = None
     photons: float | None = None
     stack: bool | None = None
+    condition_c: float | None = None
 
     @property
     def key(self) -> SeriesKey:
         """Return what identifies and orders the series within a study."""
         known = (self.kind.value, self.iso or 0.0, self.exposure_s or 0.0)
+        if self.condition_c is not None:
+            return (*known, self.photons or 0.0, self.stack or False, self.condition_c)
         if self.photons is None and self.stack is None:
             return known
         return (*known, self.photons or 0.0, self.stack or False)

@@ -33,6 +33,7 @@ _PLAIN: Final = (
         "Slope of the dark variance against exposure time; sees through an on-chip clamp.",
         "METHOD 4.3",
     ),
+    ("temperature-fit", "Dark current against temperature: a power of two, by weighted least squares.", "METHOD 4.5"),
     ("amplification-fit", "Read-noise variance against squared amplification: a slope and a constant.", "METHOD 3.7"),
     ("dark-stack", "Spatial variance of the mean dark frame, less the temporal noise left in it.", "METHOD 5.1"),
     ("exposure-intercept", "Spread of the per-pixel intercepts over exposures, less their noise.", "METHOD 5.2"),

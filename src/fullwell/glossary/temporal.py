@@ -110,6 +110,15 @@ DARK_CURRENT: Final = (
         source="METHOD 4.1",
     ),
     Quantity(
+        name="dark_current_doubling",
+        title="Doubling of the dark current",
+        symbol="T_d",
+        units=("K",),
+        definition="Rise of the temperature that doubles the dark current.",
+        equation="i = i₀·2^((T − T₀)/T_d)",
+        source="METHOD 4.5",
+    ),
+    Quantity(
         name="dark_current_resolution",
         title="Resolvable dark current",
         symbol="Δi",

@@ -34,6 +34,10 @@ class Table:
         """Return a column as it is; all None where there is no such column."""
         return next((values for column, values in self.columns if column == name), (None,) * len(self))
 
+    def lines(self, *names: str) -> Iterator[tuple[Value, ...]]:
+        """Yield the values of some columns, point by point."""
+        return zip(*(self.values(name) for name in names), strict=True)
+
     def numbers(self, name: str) -> NDArray[np.float64]:
         """Return a column as floats, shape (points,); what is unknown is NaN."""
         return np.array([value if isinstance(value, (int, float)) else np.nan for value in self.values(name)], float)

@@ -53,9 +53,8 @@ def _file(results: Results, rows: Sequence[Row], profile: str) -> str:
         value = _value(item, rows)
         if value is not None:
             _add(sections[item.section], item, value)
-    channel, iso = rows[0].channel, rows[0].iso
     for tag, short in HISTOGRAMS:
-        table = _histogram(results, tag, profile=profile, iso=iso, channel=channel)
+        table = _histogram(results, tag, rows[0])
         if table is not None:
             _add_histogram(sections["defect_pixel"], tag, short, table)
     for tag, short, unit, value in _beyond(rows):
@@ -103,14 +102,15 @@ def _add(section: Element, item: Item, value: str) -> None:
             SubElement(entry, name).text = text
 
 
-def _histogram(results: Results, tag: str, *, profile: str, iso: float | None, channel: str) -> Table | None:
+def _histogram(results: Results, tag: str, row: Row) -> Table | None:
+    """Return the histogram that belongs to a row's profile, ISO, temperature and channel."""
     which = "dsnu" if "DSNU" in tag else "prnu"
     kind = "accumulated" if tag.endswith("accumulated") else "histogram"
     table = table_named(results.curves, f"emva_{kind}_{which}")
     if table is None:
         return None
-    keys = zip(table.values("method"), table.values("iso"), table.values("channel"), strict=True)
-    mine = table.chosen(key == (profile, iso, channel) for key in keys)
+    of_this = (row.method, row.iso, row.temperature_c, row.channel)
+    mine = table.chosen(line == of_this for line in table.lines("method", "iso", "temperature_c", "channel"))
     return mine if len(mine) else None
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fullwell import glossary
-from fullwell.figures.results import Results, Row
+from fullwell.figures.results import Results, Row, at_main_temperature
 from fullwell.report import plots_iso
 from fullwell.report.curves import Table, Value, table_named
 from fullwell.report.numbers import show_iso
@@ -126,7 +126,7 @@ def iso_label(iso: Value) -> str:
 def over_isos(material: Material) -> dict[tuple[str, str], dict[float, list[Row]]]:
     """Return the figures measured at more than one ISO by quantity and unit, and within them by SNR threshold."""
     panels: dict[tuple[str, str], dict[float, list[Row]]] = {}
-    for row in sorted(material.rows, key=_glossary_order):
+    for row in sorted(at_main_temperature(material.rows), key=_glossary_order):
         if row.iso is not None and row.exposure_s is None and not row.quantity.endswith("_variance"):
             thresholds = panels.setdefault((row.quantity, row.measured.unit), {})
             thresholds.setdefault(row.snr_threshold or 0.0, []).append(row)

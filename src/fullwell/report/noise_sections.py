@@ -73,6 +73,7 @@ def dark_signal(material: Material) -> Section:
         lead="What collects without light: the mean of the dark frames against exposure time, and its slope.",
         pictures=(
             *drawn(table, plots_dark.dark_signal),
+            *drawn(material.table("dark_current_temperature"), plots_dark.dark_current_over_temperature),
             *course(
                 material,
                 "Dark current against ISO, with 95 % intervals: in raw values it grows with the amplification, in "
@@ -81,7 +82,9 @@ def dark_signal(material: Material) -> Section:
                 ("dark_current", "e-/s"),
             ),
         ),
-        pivots=material.pivots(("dark_current", "DN/s"), ("dark_current", "e-/s"), ("dark_current", "V/s")),
+        pivots=material.pivots(
+            ("dark_current", "DN/s"), ("dark_current", "e-/s"), ("dark_current", "V/s"), ("dark_current_doubling", "K")
+        ),
         missing=(
             "" if table else "No dark current: capture dark bursts at three or more exposures, the longest possible."
         ),

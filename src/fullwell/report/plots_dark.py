@@ -68,6 +68,42 @@ def dark_signal(table: Table) -> Picture:
     )
 
 
+def dark_current_over_temperature(table: Table) -> Picture:
+    """Draw dark current against temperature with the fitted rise, one panel per ISO."""
+    groups = list(table.split("iso"))
+    figure, panels = grid_of(len(groups), panel_height_in=2.35)
+    for axes, (iso, part) in zip(panels, groups, strict=True):
+        for channel, points in part.split("channel"):
+            color, temperature = color_of(str(channel)), points.numbers("temperature_c")
+            axes.errorbar(
+                temperature,
+                points.numbers("dark_current"),
+                yerr=points.numbers("std_error"),
+                linestyle="",
+                marker=marker_of(str(channel)),
+                color=color,
+                elinewidth=0.9,
+                capsize=1.5,
+            )
+            fitted = points.numbers("fitted")
+            if np.isfinite(fitted).all():
+                course = np.linspace(temperature[0], temperature[-1], 50)
+                axes.plot(course, np.exp2(np.interp(course, temperature, np.log2(fitted))), color=color, linewidth=1.1)
+        axes.set_title(iso_title(iso))
+        axes.set(xlabel="Temperature [°C]", ylabel="Dark current [DN/s]")
+        axes.margins(x=0.06, y=0.12)
+        log_axis(axes, "y")
+    channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], [key("fit")])
+    return vector_picture(
+        figure,
+        alt="Dark current against temperature with fitted exponential rise, one panel per ISO",
+        caption=(
+            "Dark current against the temperature of the sensor, on a logarithmic scale; a straight line doubles at "
+            "equal steps. Bars: one standard error. Not part of EMVA 1288, which gives the points alone."
+        ),
+    )
+
+
 def dark_histogram(table: Table, black_levels: Mapping[tuple[float | None, str], float]) -> Picture:
     """Draw how often each code occurs in dark frames, with the black level marked, one panel per ISO."""
     groups = list(table.split("iso"))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fullwell import glossary
-from fullwell.figures.results import Row
+from fullwell.figures.results import Row, at_main_temperature
 from fullwell.raw.cfa import channel_rank, leading_channel
 from fullwell.report.numbers import show, show_iso, show_unit
 from fullwell.report.pivots import Cell, Line, describe_flag, title_of, tooltip
@@ -76,7 +76,8 @@ class Summary:
 
 def summarize(rows: Sequence[Row]) -> Summary:
     """Return the first page from the recommended rows."""
-    chosen = [found for quantity, units in _KEY_FIGURES if (found := _best_unit(rows, quantity, units))]
+    main = at_main_temperature(rows)
+    chosen = [found for quantity, units in _KEY_FIGURES if (found := _best_unit(main, quantity, units))]
     cards = tuple(_card(mine) for mine in chosen)
     columns = [{(row.iso, row.channel): row for row in reversed(mine)} for mine in chosen]
     isos = sorted({iso for column in columns for iso, _ in column}, key=lambda iso: -1.0 if iso is None else iso)

@@ -110,6 +110,7 @@ def _stated(series: SeriesTable, folder: str) -> list[tuple[str, Kind, Exposure]
 def _burst(folder: str, kind: Kind, frames: int, exposure: Exposure) -> list[tuple[str, Kind, Exposure]]:
     """Return the frames of one series."""
     microseconds = f"{exposure.exposure_s * 1e6:013.3f}".removesuffix(".000").zfill(9)
-    stem = f"{folder}/ISO_{exposure.iso:.0f}/exp{microseconds}us"
+    warm = "" if exposure.temperature_c is None else f"_{exposure.temperature_c:g}C"
+    stem = f"{folder}/ISO_{exposure.iso:.0f}/exp{microseconds}us{warm}"
     digits = max(2, len(str(frames - 1)))
     return [(f"{stem}_n{index:0{digits}d}", kind, exposure) for index in range(frames)]

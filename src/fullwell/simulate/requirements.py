@@ -85,10 +85,10 @@ def _study(study: StudyTable) -> str | None:
     for key, taken in (("flat", study.flat), ("chart", study.chart)):
         if taken and len(taken.exposures_s) != len(taken.electrons):
             return _unlike(key, taken)
-    taken_of = [(series.kind, series.iso, series.exposure_s) for series in study.series]
+    taken_of = [(series.kind, series.iso, series.exposure_s, series.temperature_c) for series in study.series]
     twice = next((key for key, count in Counter(taken_of).items() if count > 1), None)
     if twice:
-        kind, iso, exposure_s = twice
+        kind, iso, exposure_s, _ = twice
         return (
             f"study.series takes {kind} frames at ISO {iso} and {exposure_s:g} s twice; "
             "allowed: one series of a kind at an ISO and an exposure."

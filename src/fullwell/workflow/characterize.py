@@ -11,7 +11,7 @@ from fullwell.errors import UsageError
 from fullwell.figures.results import Results, Row
 from fullwell.files import replaced_folder
 from fullwell.findings import worst_first
-from fullwell.frames.series import Kind, Study
+from fullwell.frames.series import MEASURED_KINDS, Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
 from fullwell.report.datasheet.making import datasheet_maker
@@ -33,6 +33,7 @@ from fullwell.workflow.measure.iso_constancy import IsoPattern, measure_iso_cons
 from fullwell.workflow.measure.pattern_maps import IsoMaps
 from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.measure.shading_differences import measure_shading_differences
+from fullwell.workflow.measure.temperatures import measure_temperatures
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import difference_pictures, response_pictures, shading_pictures
 from fullwell.workflow.pictures import take_pictures
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
 
 LARGEST_TILE = 64
 SMALLEST_TILE = 8
-MEASURED_KINDS = (Kind.FLAT, Kind.DARK, Kind.BIAS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -189,6 +189,7 @@ def _measured(
     differences_section, differences = measure_shading_differences(shadings, workers=options.workers)
     charts = _charts(study, rows, options=options, progress=progress)
     published = measure_published_study(study, isos, options=options, folder=folder, progress=progress)
+    temperatures = joined([measure_temperatures(study, group, rows, profiles=options.profiles) for group in groups])
     across = joined(
         (
             measure_against_iso(study, groups, rows),
@@ -196,6 +197,7 @@ def _measured(
             differences_section,
             published.section,
             *(() if charts is None else (charts.section,)),
+            temperatures,
         )
     )
     findings = (*over_isos((one.bursts, one.section) for one in isos), *across.findings)

@@ -46,8 +46,9 @@ def build_datasheet(results: Results) -> Datasheet | None:
     rows = [row for row in results.rows if row.method in {profile, CORRECTED} and row.region is None]
     conditions = _conditions([row for row in rows if row.method == profile])
     points = [
-        (_title(*condition), Curves(curves=results.curves, profile=profile, iso=condition[0]))
+        (_title(*condition), Curves(curves=results.curves, profile=profile, iso=iso, temperature_c=temperature_c))
         for condition in conditions
+        for iso, temperature_c in (condition,)
     ]
     emva = record(results, "emva")
     with style():
@@ -80,22 +81,17 @@ Condition = tuple[float | None, float | None]
 
 
 def _conditions(rows: Sequence[Row]) -> list[Condition]:
-    known = {(row.iso, None if row.temperature_c is None else round(row.temperature_c)) for row in rows}
+    known = {(row.iso, row.temperature_c) for row in rows}
     return sorted(known, key=lambda one: tuple(-300.0 if value is None else float(value) for value in one))
 
 
 def _title(iso: float | None, temperature_c: float | None) -> str:
-    temperature = "" if temperature_c is None else f", {temperature_c:g} °C"
+    temperature = "" if temperature_c is None else f", {temperature_c:.0f} °C"
     return f"{show_iso(iso)}{temperature}"
 
 
 def _at(rows: Sequence[Row], condition: Condition) -> list[Row]:
-    iso, temperature = condition
-    return [
-        row
-        for row in rows
-        if row.iso == iso and (None if row.temperature_c is None else round(row.temperature_c)) == temperature
-    ]
+    return [row for row in rows if (row.iso, row.temperature_c) == condition]
 
 
 def _point(results: Results, title: str, curves: Curves, rows: Sequence[Row], profile: str) -> OperationPoint:

@@ -27,7 +27,7 @@ class Curves:
     ----------
     curves
         Of all operation points.
-    profile, iso
+    profile, iso, temperature_c
         Which of their lines belong to this one.
 
     """
@@ -35,14 +35,15 @@ class Curves:
     curves: tuple[Curve, ...]
     profile: str
     iso: float | None
+    temperature_c: float | None
 
     def table(self, name: str) -> Table | None:
         """Return the lines of one curve, None where there is none."""
         table = table_named(self.curves, name)
         if table is None:
             return None
-        pairs = zip(table.values("method"), table.values("iso"), strict=True)
-        mine = table.chosen((method, iso) == (self.profile, self.iso) for method, iso in pairs)
+        of_this = (self.profile, self.iso, self.temperature_c)
+        mine = table.chosen(line == of_this for line in table.lines("method", "iso", "temperature_c"))
         return mine if len(mine) else None
 
 

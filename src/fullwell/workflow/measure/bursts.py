@@ -1,12 +1,12 @@
 """What the measurements read: the statistics of every series, grouped by ISO."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.frames.series import Kind, Series, SeriesKey, Study
+from fullwell.frames.series import MEASURED_KINDS, Kind, Series, SeriesKey, Study
 from fullwell.statistics.series import PlaneStatistics, SeriesStatistics
 
 
@@ -69,9 +69,10 @@ class Burst:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IsoBursts:
-    """Every burst at one ISO, each group by ascending exposure.
+    """Every burst at one ISO and temperature, each group by ascending exposure.
 
-    ``black_clipped`` names channels cut at black; ``code_steps`` are the distances of the codes by channel [DN].
+    ``black_clipped`` names channels cut at black; ``code_steps`` are the distances of the codes by channel [DN];
+    ``elsewhere`` are the bursts of the same ISO at other temperatures, the coldest first.
     """
 
     iso: float | None
@@ -82,6 +83,7 @@ class IsoBursts:
     biases: tuple[Burst, ...]
     black_clipped: tuple[str, ...] = ()
     code_steps: tuple[float, ...] = ()
+    elsewhere: "tuple[IsoBursts, ...]" = ()
 
     @property
     def cell(self) -> int:
@@ -122,27 +124,44 @@ def group_by_iso(
     """
     groups: list[IsoBursts] = []
     for iso in study.isos:
-        bursts = {
-            kind: tuple(
-                Burst(series=series, statistics=statistics[series.key], sums=(sums or {}).get(series.key))
-                for series in study.select(kind, iso=iso)
-                if series.key in statistics
-            )
-            for kind in (Kind.FLAT, Kind.DARK, Kind.BIAS)
-        }
-        every = [burst for group in bursts.values() for burst in group]
+        every = [
+            Burst(series=series, statistics=statistics[series.key], sums=(sums or {}).get(series.key))
+            for series in study.select(*MEASURED_KINDS, iso=iso)
+            if series.key in statistics
+        ]
         if every:
-            groups.append(
-                IsoBursts(
-                    iso=iso,
-                    temperature_c=_mean_temperature(burst.series for burst in every),
-                    channels=tuple(plane.channel for plane in every[0].statistics.planes),
-                    flats=bursts[Kind.FLAT],
-                    darks=bursts[Kind.DARK],
-                    biases=bursts[Kind.BIAS],
-                )
-            )
+            groups.append(_at_one_iso(iso, every))
     return tuple(groups)
+
+
+def _at_one_iso(iso: float | None, every: Sequence[Burst]) -> IsoBursts:
+    """Return the bursts at the temperature that has the most lit frames, or else the most; what knows none joins it."""
+    by_condition: dict[float | None, list[Burst]] = {}
+    for burst in every:
+        by_condition.setdefault(burst.series.condition_c, []).append(burst)
+    temperatures = sorted(celsius for celsius in by_condition if celsius is not None)
+    if not temperatures:
+        return _together(iso, every)
+    main = max(temperatures, key=lambda celsius: _weight(by_condition[celsius]))
+    here = [burst for burst in every if burst.series.condition_c in {main, None}]
+    others = tuple(_together(iso, by_condition[celsius]) for celsius in temperatures if celsius != main)
+    return replace(_together(iso, here), elsewhere=others)
+
+
+def _weight(every: Sequence[Burst]) -> tuple[int, int]:
+    return sum(one.frames for one in every if one.kind is Kind.FLAT), sum(one.frames for one in every)
+
+
+def _together(iso: float | None, every: Sequence[Burst]) -> IsoBursts:
+    flats, darks, biases = (tuple(burst for burst in every if burst.kind is kind) for kind in MEASURED_KINDS)
+    return IsoBursts(
+        iso=iso,
+        temperature_c=_mean_temperature(burst.series for burst in every),
+        channels=tuple(plane.channel for plane in every[0].statistics.planes),
+        flats=flats,
+        darks=darks,
+        biases=biases,
+    )
 
 
 def _cell(sites: int) -> int:

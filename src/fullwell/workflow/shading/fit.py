@@ -12,10 +12,10 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding
 from fullwell.fit.shading.extent import optical_axis
 from fullwell.fit.shading.surface import ShadingModel
-from fullwell.frames.series import Kind, Study
+from fullwell.frames.series import MEASURED_KINDS, Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.units import Measured
-from fullwell.workflow.characterize import MEASURED_KINDS, default_tile
+from fullwell.workflow.characterize import default_tile
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.iso_maps import shading_file

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final, cast
 
 from fullwell.errors import UsageError
-from fullwell.figures.results import Row
+from fullwell.figures.results import Row, at_main_temperature
 from fullwell.glossary.flags import RECOMMENDED
 from fullwell.model.conversions import rounding_electrons2
 from fullwell.raw.cfa import ALL, channels
@@ -63,7 +63,7 @@ class Figures:
         curves = cast("Mapping[str, Mapping[str, Mapping[str, object]]]", document.get("curves", {}))
         return cls(
             study=study,
-            rows=tuple(row for row in rows if RECOMMENDED in row.flags),
+            rows=tuple(row for row in at_main_temperature(rows) if RECOMMENDED in row.flags),
             curves={
                 name: {title: cast("Sequence[object]", column["values"]) for title, column in curve.items()}
                 for name, curve in curves.items()

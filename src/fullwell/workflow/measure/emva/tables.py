@@ -1,4 +1,4 @@
-"""Curves of one channel under one profile: columns of equal length after method, ISO and channel."""
+"""Curves of one channel under one profile: columns of equal length after method, ISO, temperature and channel."""
 
 from collections.abc import Iterable
 
@@ -32,6 +32,7 @@ def table(name: str, bursts: IsoBursts, channel: str, *, method: str, steps: int
         columns=(
             Column(name="method", unit="", values=(method,) * steps),
             Column(name="iso", unit="1", values=(bursts.iso,) * steps),
+            Column(name="temperature_c", unit="degC", values=(bursts.temperature_c,) * steps),
             Column(name="channel", unit="", values=(channel,) * steps),
             *(Column(name=title, unit=unit, values=_plain(values, steps)) for title, unit, values in columns),
         ),

@@ -35,7 +35,7 @@ def index(
             "--descriptor",
             parser=path_from,
             metavar="FOLDER",
-            help="Write EMVA 1288 descriptors instead, one per channel and ISO, images as 16-bit PNG.",
+            help="Write EMVA 1288 descriptors instead, one per channel, ISO and temperature, images as 16-bit PNG.",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a manifest that is there.")] = False,

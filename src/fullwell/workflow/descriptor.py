@@ -66,13 +66,27 @@ def export_descriptors(path: Path, out: Path, *, selection: Selection) -> tuple[
             "series, or irradiance, wavelength and pixel area, in study.toml."
         )
     with replaced_folder(out) as folder:
-        return tuple(name for iso in study.isos for name in _write(study, iso, folder))
+        return tuple(
+            name
+            for iso in study.isos
+            for series in _by_temperature(study.select(Kind.FLAT, Kind.DARK, iso=iso))
+            for name in _write(study, series, folder)
+        )
 
 
-def _write(study: Study, iso: float | None, folder: Path) -> Iterator[str]:
-    """Write the descriptors of one ISO, a channel each."""
-    blocks = [block for one in study.select(Kind.FLAT, Kind.DARK, iso=iso) for block in _blocks(one)]
-    suffix = "" if iso is None else f"_iso{iso:g}"
+def _by_temperature(series: Sequence[Series]) -> list[list[Series]]:
+    """Return the series of each temperature of an ISO that has flats."""
+    found: dict[float | None, list[Series]] = {}
+    for one in series:
+        found.setdefault(one.condition_c, []).append(one)
+    return [alike for alike in found.values() if any(one.kind is Kind.FLAT for one in alike)]
+
+
+def _write(study: Study, series: Sequence[Series], folder: Path) -> Iterator[str]:
+    """Write the descriptors of one ISO and temperature, a channel each."""
+    blocks = [block for one in series for block in _blocks(one)]
+    iso, condition_c = series[0].iso, series[0].condition_c
+    suffix = ("" if iso is None else f"_iso{iso:g}") + ("" if condition_c is None else f"_{condition_c:g}c")
     names = [f"{channel}{suffix}" for channel in channels(study.cfa)]
     for name in names:
         (folder / name).mkdir(parents=True)
@@ -88,7 +102,7 @@ def _write(study: Study, iso: float | None, folder: Path) -> Iterator[str]:
             lines.append(block.head)
             lines += [f"i {name}\\{block.name}_{number:03d}.png" for number in range(len(block.frames))]
         (folder / f"{name}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        (folder / f"{name}.json").write_text(_facts(study, iso), encoding="utf-8")
+        (folder / f"{name}.json").write_text(_facts(study, series), encoding="utf-8")
         yield f"{name}.txt"
 
 
@@ -118,16 +132,16 @@ def _blocks(series: Series) -> Iterator[_Block]:
             yield _Block(head=head, name=f"{stem}_{kind}", frames=part)
 
 
-def _facts(study: Study, iso: float | None) -> str:
+def _facts(study: Study, series: Sequence[Series]) -> str:
     """Return what a descriptor has no place for; the planes have a pitch of their own."""
     camera = {name: value for name, value in asdict(study.camera).items() if value is not None}
     camera |= {"cfa": "mono"}
     camera.pop("black_level", None)
     light = {name: value for name, value in asdict(study.light).items() if value is not None}
-    known = [one.temperature_c for one in study.select(*Kind, iso=iso) if one.temperature_c is not None]
+    known = [one.temperature_c for one in series if one.temperature_c is not None]
     facts: dict[str, object] = {"camera": camera, "light": light}
-    if iso is not None:
-        facts["iso"] = iso
+    if series[0].iso is not None:
+        facts["iso"] = series[0].iso
     if known:
         facts["temperature_c"] = round(sum(known) / len(known), 1)
     return json.dumps(facts, indent=1) + "\n"

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from fullwell.errors import UsageError
+from fullwell.figures.emva1288.spline_gate import LIMIT
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.frames.series import Study
@@ -192,7 +193,7 @@ def _saturation(bursts: IsoBursts, channel: str, fits: LinearFits) -> tuple[Find
 
 def _gate(bursts: IsoBursts, channel: str, fits: LinearFits) -> tuple[Finding, ...]:
     gate = fits.gate
-    if gate is None or gate.deviation < 0.03:
+    if gate is None or gate.deviation < LIMIT:
         return ()
     if gate.floor > 0.015:
         reason = f"noise alone makes {100.0 * gate.floor:.2g} % of it: more pixels or steps are needed to tell"

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from fullwell.figures.emva1288.line import Line, fit_line, offset_error_from, slope_error_from, slope_through_origin
 from fullwell.figures.emva1288.sweep import Floats, Sweep
@@ -60,8 +61,6 @@ def fit_system_gain(sweep: Sweep, chosen: NDArray[np.bool_]) -> SystemGain | Non
 
     The steps' errors grow with the signal, so the error of the slope is theirs, not that of equal residuals.
     """
-    from scipy.stats import chi2  # noqa: PLC0415 - heavy
-
     x, y, errors = sweep.signal[chosen], sweep.light_variance[chosen], sweep.light_variance_error[chosen]
     if x.size < _FEWEST or np.ptp(x) == 0.0:
         return None
@@ -70,7 +69,7 @@ def fit_system_gain(sweep: Sweep, chosen: NDArray[np.bool_]) -> SystemGain | Non
     share = np.sqrt(weights)
     weighted = np.linalg.lstsq(np.stack((share, share * x), axis=1), share * y, rcond=None)[0]
     deviance = float(np.sum(weights * (y - weighted[0] - weighted[1] * x) ** 2))
-    misfit = deviance > float(chi2.ppf(0.99, x.size - 2))
+    misfit = deviance > float(chdtri(x.size - 2, 0.01))
     scale = math.sqrt(deviance / (x.size - 2)) if misfit else 1.0
     return SystemGain(
         line=line,

@@ -17,7 +17,8 @@ from fullwell.findings import Finding, Severity
 from fullwell.frames.campaign import Campaign
 from fullwell.frames.series import Camera, Kind, Light
 from fullwell.frames.source import Candidate, Given, Source
-from fullwell.raw.open import read_header
+from fullwell.raw.image import RawHeader
+from fullwell.raw.open import read_headers
 
 _PER_SECOND: Final = 1e9
 _ARGUMENTS: Final = {
@@ -244,12 +245,13 @@ def read_descriptor(path: Path) -> Source:
             if name in candidates:
                 raise UsageError(f"{path}, line {line}: {name} is listed twice; every frame counts once.")
             candidates[name] = Candidate(name=name, path=path.parent / name, kind=kind, given=given)
-    _check_files(path, descriptor)
+    headers = _checked_headers(path, descriptor)
     camera = facts.camera
+    ordered = sorted(candidates.values(), key=lambda one: (one.name, one.kind))
     return Source(
         root=path.parent,
         camera=camera if camera.bit_depth else replace(camera, bit_depth=descriptor.bits),
-        candidates=tuple(sorted(candidates.values(), key=lambda one: (one.name, one.kind))),
+        candidates=tuple(replace(one, headers=headers.get(one.name, ())) for one in ordered),
         findings=findings,
         light=facts.light,
         campaign=facts.campaign,
@@ -336,23 +338,32 @@ def _check_photons(path: Path, descriptor: Descriptor) -> None:
                 )
 
 
-def _check_files(path: Path, descriptor: Descriptor) -> None:
-    """Refuse images that are missing or have another size than the n line or the first image says."""
+def _checked_headers(path: Path, descriptor: Descriptor) -> dict[str, tuple[RawHeader, ...]]:
+    """Return what the images say of themselves, by name, where they can be read.
+
+    Raises
+    ------
+    UsageError
+        An image is missing, or has another size than the n line or the first image says.
+
+    """
+    found: dict[str, tuple[RawHeader, ...]] = {}
     said = None if descriptor.width is None else (descriptor.width, descriptor.height)
     by = "the n line"
     for block in descriptor.blocks:
         for line, text in block.images:
             name = _image_name(text)
             try:
-                header = read_header(path.parent / name)
+                found[name] = read_headers(path.parent / name)
             except RawFileError as error:
                 if error.code == "file-missing":
                     raise UsageError(f"{path}, line {line}: the image {name} does not exist.") from error
                 continue
-            size = (header.width, header.height)
+            size = (found[name][0].width, found[name][0].height)
             if said is None:
                 said, by = size, name
             if size != said:
                 raise UsageError(
                     f"{path}, line {line}: {name} has {size[0]} x {size[1]} pixels, {by} says {said[0]} x {said[1]}."
                 )
+    return found

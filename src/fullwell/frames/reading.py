@@ -101,7 +101,8 @@ def _read(
     try:
         size = candidate.path.stat().st_size
         stated, said_by = headerless or stored_as(facts, size=size)
-        headers = read_headers(candidate.path, headerless=stated, said_by=said_by)
+        known = candidate.headers if stated is None else ()
+        headers = known or read_headers(candidate.path, headerless=stated, said_by=said_by)
     except RawFileError as error:
         return (Exclusion(name=candidate.name, code=error.code, reason=error.message),)
     except OSError as error:

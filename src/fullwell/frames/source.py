@@ -8,6 +8,7 @@ from fullwell.findings import Finding
 from fullwell.frames.campaign import Campaign
 from fullwell.frames.series import Camera, Kind, Light
 from fullwell.raw.headerless_format import HeaderlessFormat
+from fullwell.raw.image import RawHeader
 from fullwell.raw.maker import SUFFIXES as MAKER_SUFFIXES
 
 RAW_SUFFIXES: Final = MAKER_SUFFIXES | frozenset(
@@ -104,6 +105,8 @@ class Candidate:
     ----------
     name
         Path relative to the study, with forward slashes.
+    headers
+        Of its frames, where they have been read already; none where they have not.
 
     """
 
@@ -111,6 +114,7 @@ class Candidate:
     path: Path
     kind: Kind
     given: Given = field(default_factory=Given)
+    headers: tuple[RawHeader, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,6 +41,7 @@ from fullwell.workflow.plan import Cluster
 from fullwell.workflow.published.study import measure_published_study
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
+from fullwell.workflow.scratch import let_go
 
 if TYPE_CHECKING:
     from fullwell.workflow.chart.chart import ChartOutcome
@@ -183,6 +184,8 @@ def _measured(
         if folder is not None:
             write_iso_maps(study, one, folder / "maps")
             responses += response_pictures(study, one)
+        for sums in (burst.sums for burst in (*group.flats, *group.unlit) if burst.sums is not None):
+            let_go(sums)
         isos.append(replace(one, maps=IsoMaps(channels=(), mosaics={})))
     rows = [row for one in isos for row in one.section.rows]
     shadings = [shading for one in isos for shading in one.shadings]

@@ -1,5 +1,6 @@
 """Sums of bursts are kept pixel by pixel: in memory, or in files where they would take too much of it."""
 
+import mmap
 import tempfile
 from pathlib import Path
 from typing import Final
@@ -43,6 +44,15 @@ class KeptSums:
         kept = sums.copy() if self._folder is None else _in_file(sums, self._folder)
         kept.flags.writeable = False
         return kept
+
+
+def let_go(sums: NDArray[np.uint32]) -> None:
+    """Give back the memory that a mapped file takes in this process; it is read again where it is looked at again."""
+    base = sums.base
+    while isinstance(base, np.ndarray) and base.base is not None:
+        base = base.base
+    if isinstance(base, mmap.mmap) and hasattr(mmap, "MADV_DONTNEED"):
+        base.madvise(mmap.MADV_DONTNEED)
 
 
 def _in_file(sums: NDArray[np.uint32], folder: Path) -> NDArray[np.uint32]:

@@ -88,7 +88,7 @@ def _measured(
     bursts, unlit_findings = usable_unlit(bursts, whites)
     uses = code_uses(bursts)
     bursts = replace(bursts, code_steps=code_steps(uses))
-    again = read_again(bursts, whites)
+    again = read_again(bursts, whites, workers=workers)
     levels_section, levels = measure_levels(study, bursts, whites, masked=again.masked)
     noise_section = measure_read_noise(bursts)
     dark_section = measure_dark_current(bursts)

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError
-from fullwell.frames.series import Kind
+from fullwell.frames.series import Frame, Kind
 from fullwell.raw.open import decode, read_bytes
 from fullwell.statistics.noise_correlation import NoiseCorrelation, noise_correlation
+from fullwell.workflow.executor import in_threads
 from fullwell.workflow.masked import MaskedArea, MaskedSums, masked_area, masked_sums
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.read_noise import choose_burst
@@ -60,7 +61,7 @@ class SecondReading:
     masked: tuple[MaskedArea, ...] = ()
 
 
-def read_again(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> SecondReading:
+def read_again(bursts: IsoBursts, whites: Sequence[WhiteLevel], *, workers: int) -> SecondReading:
     """Read two frames of the shortest unlit burst and two of the brightest flats that do not clip.
 
     Masked pixels count in the unlit frames, if there are such: in longer exposures they hold dark current.
@@ -71,7 +72,7 @@ def read_again(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> SecondReading
         if burst is None:
             continue
         masked: list[tuple[MaskedSums, ...]] = []
-        look = _look(burst, masked)
+        look = _look(burst, masked, workers=workers)
         if look is not None:
             pairs.append(look)
         frames = frames or [one for one in masked if one]
@@ -91,16 +92,19 @@ def _brightest(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> Burst | None:
     return max(usable, key=lambda burst: burst.statistics.planes[0].mean, default=None)
 
 
-def _look(burst: Burst, masked: list[tuple[MaskedSums, ...]]) -> PairLook | None:
+def _look(burst: Burst, masked: list[tuple[MaskedSums, ...]], *, workers: int) -> PairLook | None:
     frames = [frame for frame in burst.series.frames if frame.name in burst.statistics.frames][:2]
-    middles: list[NDArray[np.uint16]] = []
+
+    def read(frame: Frame) -> tuple[NDArray[np.uint16], tuple[MaskedSums, ...]]:
+        data = read_bytes(frame.header)
+        return _middle(decode(frame.header, data), burst.cell), masked_sums(frame.header, data)
+
     try:
-        for frame in frames:
-            data = read_bytes(frame.header)
-            middles.append(_middle(decode(frame.header, data), burst.cell))
-            masked.append(masked_sums(frame.header, data))
+        found = in_threads(read, frames, workers=workers)
     except (RawFileError, OSError):
         return None
+    middles = [middle for middle, _ in found]
+    masked += [sums for _, sums in found]
     cell = burst.cell
     planes = [[one[site // cell :: cell, site % cell :: cell] for one in middles] for site in range(cell * cell)]
     if min(planes[-1][0].shape) < SMALLEST_SIDE:

@@ -14,13 +14,14 @@ from fullwell.fit.legacy.shading_map import LegacyMap, Poly22, fit_legacy_map
 from fullwell.fit.legacy.volts import VoltScale
 from fullwell.frames.series import SeriesKey, Study
 from fullwell.report.study_tables import ShadingCoefficients, StudyTables, write_iso_tables, write_study_tables
-from fullwell.workflow.executor import Progress
+from fullwell.workflow.executor import Progress, in_threads
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.iso import IsoMeasurement
 from fullwell.workflow.measure.section import Section, joined
 from fullwell.workflow.options import Options
 from fullwell.workflow.published.second_look import base_group, look_again
 from fullwell.workflow.published.sections import look_section, response_section, shading_section
+from fullwell.workflow.scratch import let_go
 
 _SMALLEST: Final = 6
 """Side of a mosaic whose planes hold a quadratic surface [pixel]."""
@@ -71,7 +72,7 @@ def measure_published_study(
     """
     black = _black(measured) if options.legacy_black_subtracted else {}
     groups = [one.bursts for one in measured]
-    maps = _maps(study, groups, black)
+    maps = _maps(study, groups, black, workers=options.workers)
     surfaces = {
         (burst.series.key, channel): surface
         for group, burst, fitted in _fitted(groups, maps)
@@ -115,16 +116,22 @@ def _black(measured: Sequence[IsoMeasurement]) -> _Black:
     return {one.bursts.iso: tuple(level.black_dn for level in one.levels) for one in measured}
 
 
-def _maps(study: Study, groups: Sequence[IsoBursts], black: _Black) -> Mapping[SeriesKey, LegacyMap]:
+def _maps(study: Study, groups: Sequence[IsoBursts], black: _Black, *, workers: int) -> Mapping[SeriesKey, LegacyMap]:
     """Return the map of every flat burst by the key of its series."""
     if min(study.width, study.height) < _SMALLEST:
         return {}
-    return {
-        burst.series.key: fit_legacy_map(burst.sums, burst.frames, cfa=study.cfa, black_dn=black.get(group.iso))
-        for group in groups
-        for burst in group.flats
-        if burst.sums is not None
-    }
+    flats = [(group.iso, burst) for group in groups for burst in group.flats]
+
+    def fit(one: tuple[float | None, Burst]) -> LegacyMap | None:
+        iso, burst = one
+        if burst.sums is None:
+            return None
+        fitted = fit_legacy_map(burst.sums, burst.frames, cfa=study.cfa, black_dn=black.get(iso))
+        let_go(burst.sums)
+        return fitted
+
+    fitted = in_threads(fit, flats, workers=workers)
+    return {burst.series.key: one for (_, burst), one in zip(flats, fitted, strict=True) if one is not None}
 
 
 def _fitted(

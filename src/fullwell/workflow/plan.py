@@ -74,7 +74,7 @@ def plan(
     slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
     workers = max(1, min(workers, len(frames)))
     # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
-    useful = max(LEGACY_FRAMES, -(-len(frames) // (8 * workers)))
+    useful = max(LEGACY_FRAMES, -(-len(frames) // (3 * workers)))
     apart = any(frame.header.compression != "none" for frame in frames)
     affordable = MOST_BUFFER_BYTES // (workers * slot_bytes) - apart
     return Plan(

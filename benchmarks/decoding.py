@@ -1,5 +1,6 @@
 """An uncompressed frame of 12 megapixels against LibRaw, which most raw software stands on."""
 
+import statistics
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import rawpy
 from numpy.typing import NDArray
 
 from benchmarks.studies import frames_of, write_study
-from benchmarks.timing import Comparison, medians
+from benchmarks.timing import REPEATS, Comparison, cpu_seconds
 from fullwell.frames.series import Kind
 from fullwell.raw.open import read_raw
 
@@ -27,6 +28,8 @@ def against_libraw(folder: Path) -> list[Comparison]:
 
     if not np.array_equal(ours(), libraw()):
         raise RuntimeError("LibRaw decoded something else")
-    times = medians({"libraw": libraw, "ours": ours})
-    detail = f"{times['libraw'] * 1e3:.1f} ms against {times['ours'] * 1e3:.1f} ms"
-    return [Comparison(name=NAME, value=times["libraw"] / times["ours"], target=10.0, at_least=True, detail=detail)]
+    pairs = [(cpu_seconds(libraw), cpu_seconds(ours)) for _ in range(2 * REPEATS)]
+    theirs_s, ours_s = (statistics.median(times) for times in zip(*pairs, strict=True))
+    ratio = statistics.median(other / own for other, own in pairs)
+    detail = f"{theirs_s * 1e3:.1f} ms against {ours_s * 1e3:.1f} ms of processor time, header included"
+    return [Comparison(name=NAME, value=ratio, target=10.0, at_least=True, detail=detail)]

@@ -106,6 +106,7 @@ def test_paths_travel_and_stay_urls() -> None:
     assert str(pickle.loads(pickle.dumps(path))) == "memory://bucket/study/flat/a.dng"  # noqa: S301 - our own
     assert str(path.parent.with_name("b").resolve()) == "memory://bucket/study/b"
     assert isinstance(path.parent, RemotePath)
+    assert str(path.relative_to(path.parent.parent)) == "flat/a.dng"
     with pytest.raises(OSError, match="cannot be written"):
         path.write_text("x", encoding="utf-8")
 

@@ -111,9 +111,9 @@ class RemotePath(type(Path())):
     __slots__ = ()
 
     def __str__(self) -> str:
-        """Return the URL."""
-        scheme, *rest = self.parts
-        return f"{scheme}//{'/'.join(rest)}"
+        """Return the URL; of a path that is relative to one, only the names."""
+        scheme, *rest = self.parts or (".",)
+        return f"{scheme}//{'/'.join(rest)}" if scheme.endswith(":") else "/".join((scheme, *rest))
 
     def __fspath__(self) -> str:
         """Return the URL."""

@@ -37,7 +37,11 @@ def beside(work: Callable[..., _Found], *arguments: object) -> Generator[Callabl
     """
     task = pickle.dumps(sys.path) + pickle.dumps((work, arguments))
     child = subprocess.Popen(  # noqa: S603 - this interpreter, functions of ours
-        [sys.executable, "-c", _CHILD], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, "-c", _CHILD],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     )
     with child, ThreadPoolExecutor(1) as pool:
         talk = pool.submit(child.communicate, task)

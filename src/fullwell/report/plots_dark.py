@@ -34,6 +34,20 @@ _GRAYS = ListedColormap([(level, level, level) for level in np.linspace(0.0, 1.0
 _REGION_COLORS = ("#c2410c", "#1d4ed8", "#047857", "#7e22ce")
 
 
+def _with_errors(axes: Axes, channel: str, points: Table, *, x: str, y: str) -> None:
+    """Draw the points of a channel with their standard errors."""
+    axes.errorbar(
+        points.numbers(x),
+        points.numbers(y),
+        yerr=points.numbers("std_error"),
+        linestyle="",
+        marker=marker_of(channel),
+        color=color_of(channel),
+        elinewidth=0.9,
+        capsize=1.5,
+    )
+
+
 def dark_signal(table: Table) -> Picture:
     """Draw the mean dark signal against exposure time with the fitted line, one panel per ISO."""
     groups = list(table.split("iso"))
@@ -41,16 +55,7 @@ def dark_signal(table: Table) -> Picture:
     for axes, (iso, part) in zip(panels, groups, strict=True):
         for channel, points in part.split("channel"):
             exposure, color = points.numbers("exposure_s"), color_of(str(channel))
-            axes.errorbar(
-                exposure,
-                points.numbers("mean"),
-                yerr=points.numbers("std_error"),
-                linestyle="",
-                marker=marker_of(str(channel)),
-                color=color,
-                elinewidth=0.9,
-                capsize=1.5,
-            )
+            _with_errors(axes, str(channel), points, x="exposure_s", y="mean")
             order = np.argsort(exposure)
             axes.plot(exposure[order], points.numbers("fitted")[order], color=color, linewidth=1.1)
         axes.set_title(iso_title(iso))
@@ -75,16 +80,7 @@ def dark_current_over_temperature(table: Table) -> Picture:
     for axes, (iso, part) in zip(panels, groups, strict=True):
         for channel, points in part.split("channel"):
             color, temperature = color_of(str(channel)), points.numbers("temperature_c")
-            axes.errorbar(
-                temperature,
-                points.numbers("dark_current"),
-                yerr=points.numbers("std_error"),
-                linestyle="",
-                marker=marker_of(str(channel)),
-                color=color,
-                elinewidth=0.9,
-                capsize=1.5,
-            )
+            _with_errors(axes, str(channel), points, x="temperature_c", y="dark_current")
             fitted = points.numbers("fitted")
             if np.isfinite(fitted).all():
                 course = np.linspace(temperature[0], temperature[-1], 50)

@@ -1,0 +1,143 @@
+"""One axis of a panel: its scale, its ends, its marks."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal
+
+import numpy as np
+
+from fullwell.report.drawing import ticks
+from fullwell.report.drawing.geometry import Array, Scale
+from fullwell.report.drawing.style import INK, LETTERS, SMALL
+from fullwell.report.drawing.text import width
+
+_APART: Final = 0.7
+"""Left free between two labels side by side [em]."""
+_FEWEST: Final = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Marks:
+    """Where an axis is marked, and with which words; small marks have none."""
+
+    places: tuple[float, ...]
+    words: tuple[str, ...]
+    small: tuple[float, ...] = ()
+
+
+@dataclass(slots=True)
+class Axis:
+    """An axis as it is told; what is not told follows from what is drawn."""
+
+    across: bool
+    label: str = ""
+    label_color: str = INK
+    label_size: float = LETTERS
+    label_bold: bool = False
+    label_turned: bool = True
+    scale: Literal["linear", "log", "powers"] = "linear"
+    low: float | None = None
+    high: float | None = None
+    margin: float = 0.05
+    turned: bool = False
+    most: int | None = None
+    whole: bool = False
+    places: tuple[float, ...] | None = None
+    words: tuple[str, ...] | None = None
+    labelled: bool = True
+    grid: bool = True
+    seen: list[Array] = field(default_factory=list[Array])
+    """What was drawn along it."""
+
+    @property
+    def log(self) -> bool:
+        """Tell whether it is logarithmic."""
+        return self.scale != "linear"
+
+    def see(self, values: Array) -> None:
+        """Know of values that are drawn."""
+        self.seen.append(np.ravel(values))
+
+    def ends(self) -> tuple[float, float]:
+        """Return the ends as told, else a little beyond what is drawn."""
+        if self.low is not None and self.high is not None and (min(self.low, self.high) > 0.0 or not self.log):
+            ends = self.low, self.high
+        else:
+            ends = self._around()
+        return (ends[1], ends[0]) if self.turned else ends
+
+    def scaled(self) -> Scale:
+        """Return the scale."""
+        low, high = self.ends()
+        return Scale(low=low, high=high, log=self.log)
+
+    def marks(self, length: float) -> Marks:
+        """Return the marks of an axis of a length [point], as many as have room."""
+        low, high = sorted(self.ends())
+        if self.places is not None:
+            inside = [at for at, place in enumerate(self.places) if _within(place, low, high)]
+            places = tuple(self.places[at] for at in inside)
+            words = self.words
+            told = tuple(words[at] for at in inside) if words is not None else tuple(ticks.linear_words(places))
+            return Marks(places=places, words=told)
+        room = length / (SMALL * (3.0 if self.across else 2.0))
+        most = max(min(int(room), self.most or 9), _FEWEST)
+        marks = self._marked(low, high, most)
+        while most > _FEWEST and not self._fits(marks, length):
+            most -= 1
+            marks = self._marked(low, high, most)
+        return marks if self._fits(marks, length) else _thinned(marks)
+
+    def _marked(self, low: float, high: float, most: int) -> Marks:
+        if self.scale == "linear":
+            places = ticks.linear_ticks(low, high, most=most, whole=self.whole)
+            return Marks(places=tuple(places), words=tuple(ticks.linear_words(places)))
+        places = ticks.log_ticks(low, high, most=min(most, 7))
+        if self.scale == "log":
+            return Marks(places=tuple(places), words=tuple(ticks.log_words(places)))
+        small = tuple(ticks.small_log_ticks(low, high))
+        return Marks(places=tuple(places), words=tuple(ticks.power_words(places)), small=small)
+
+    def _fits(self, marks: Marks, length: float) -> bool:
+        """Tell whether labels side by side leave each other room."""
+        if not self.across:
+            return True
+        scale = self.scaled()
+        middle = np.sort(scale.share(np.array(marks.places, float)) * length)
+        wide = np.array([width(word, SMALL) for word in marks.words])
+        wide = wide if scale.low < scale.high else wide[::-1]
+        return bool(np.all(np.diff(middle) >= 0.5 * (wide[1:] + wide[:-1]) + _APART * SMALL))
+
+    def _around(self) -> tuple[float, float]:
+        """Return ends a margin beyond what is drawn."""
+        every = np.concatenate(self.seen) if self.seen else np.empty(0)
+        every = every[np.isfinite(every)]
+        every = every[every > 0.0] if self.log else every
+        low, high = (float(every.min()), float(every.max())) if every.size else (0.1, 1.0) if self.log else (0.0, 1.0)
+        if self.log:
+            wide = math.log(high / low) or math.log(4.0)
+            beyond = math.exp(self.margin * wide) if high > low else 2.0
+            ends = low / beyond, high * beyond
+        else:
+            wide = high - low
+            beyond = self.margin * wide if wide > 1e-12 * abs(high) else 0.05 * abs(high) or 0.05
+            ends = low - beyond, high + beyond
+        return self._told(ends)
+
+    def _told(self, ends: tuple[float, float]) -> tuple[float, float]:
+        """Return ends, those that are told in their place."""
+        low, high = (own if own is None or own > 0.0 or not self.log else None for own in (self.low, self.high))
+        low, high = ends[0] if low is None else low, ends[1] if high is None else high
+        if low == high:
+            high = low * 2.0 if self.log else low + 1.0
+        return low, high
+
+
+def _thinned(marks: Marks) -> Marks:
+    """Return marks with every second word left out."""
+    return replace(marks, words=tuple(word if at % 2 == 0 else "" for at, word in enumerate(marks.words)))
+
+
+def _within(place: float, low: float, high: float) -> bool:
+    slack = 1e-9 * (high - low)
+    return low - slack <= place <= high + slack

@@ -1,0 +1,108 @@
+"""Arrays as pictures: PNG as data URIs, and the mark that shows an array in a panel."""
+
+import base64
+import io
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fullwell.report.drawing.colors import Colors
+from fullwell.report.drawing.geometry import Array, Box, View
+from fullwell.report.drawing.pen import Pen
+
+Interpolation: TypeAlias = Literal["nearest", "smooth"]
+
+_PALETTE: Final = 3 * 256
+_KNOWN: Final = 254
+"""Last index of the colours of a palette; the one behind stands for what is unknown."""
+
+
+def png_uri(image: NDArray[np.uint8]) -> str:
+    """Return colours, shape (V, H, 3), with opacity (V, H, 4), as the data URI of a PNG."""
+    from PIL import Image  # noqa: PLC0415 - loads where there are pictures
+
+    packed = io.BytesIO()
+    Image.fromarray(image).save(packed, format="PNG")
+    return _uri(packed)
+
+
+def palette_uri(indices: NDArray[np.uint8], palette: NDArray[np.uint8], *, empty: int) -> str:
+    """Return indices into a palette as the data URI of a PNG.
+
+    Parameters
+    ----------
+    indices
+        Shape (V, H).
+    palette
+        Shape (colours, 3).
+    empty
+        Index that shows nothing.
+
+    """
+    from PIL import Image  # noqa: PLC0415 - loads where there are pictures
+
+    packed = io.BytesIO()
+    image = Image.fromarray(np.ascontiguousarray(indices)).convert("L")
+    image = Image.frombytes("P", image.size, image.tobytes())
+    image.putpalette(palette.tobytes().ljust(_PALETTE, b"\0"))
+    image.save(packed, format="PNG", transparency=empty)
+    return _uri(packed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """An array shown as colours, with what a colour bar needs to know.
+
+    Parameters
+    ----------
+    values
+        Shape (V, H), NaN where unknown; or colours, shape (V, H, 3).
+    colors
+        Of the values.
+    low, high
+        Values at the ends of the colours.
+    extent
+        Left, right, bottom, top in the units of the axes.
+    crisp
+        Whether each pixel shall be seen as a square.
+
+    """
+
+    values: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.uint8]
+    colors: Colors
+    low: float
+    high: float
+    extent: tuple[float, float, float, float]
+    crisp: bool
+    zorder: float = 0.0
+    clipped: bool = True
+
+    def draw(self, pen: Pen, view: View) -> None:
+        """Draw it."""
+        left, right, bottom, top = self.extent
+        x, y = view.across(np.array([left, right])), view.down(np.array([top, bottom]))
+        box = Box(left=float(x[0]), top=float(y[0]), width=float(x[1] - x[0]), height=float(y[1] - y[0]))
+        pen.image(self._uri(), box, crisp=self.crisp)
+
+    def covered(self, view: View) -> Array:
+        """Return a grid over it."""
+        share = np.linspace(0.0, 1.0, 12)
+        x, y = np.meshgrid(view.box.left + share * view.box.width, view.box.top + share * view.box.height)
+        return np.column_stack([x.ravel(), y.ravel()])
+
+    def _uri(self) -> str:
+        if self.values.ndim == 3:
+            return png_uri(self.values.astype(np.uint8))
+        values = self.values.astype(float)
+        share = (values - self.low) / ((self.high - self.low) or 1.0)
+        count = min(len(self.colors.table), _KNOWN + 1)
+        known = np.isfinite(share)
+        indices = np.clip(np.where(known, share, 0.0) * count, 0, count - 1).astype(np.uint8)
+        palette = self.colors.at(np.linspace(0.0, 1.0, count))
+        return palette_uri(np.where(known, indices, count).astype(np.uint8), palette, empty=count)
+
+
+def _uri(packed: io.BytesIO) -> str:
+    return f"data:image/png;base64,{base64.b64encode(packed.getvalue()).decode('ascii')}"

@@ -1,15 +1,10 @@
 """Photon transfer and the signal-to-noise curve."""
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from fullwell.report.curves import Table, Value
-from fullwell.report.plots import (
+from fullwell.report.canvas import (
     DENSE,
-    INK,
-    PIXELS,
-    QUIET,
     Picture,
     canvas,
     channel_legend,
@@ -17,13 +12,14 @@ from fullwell.report.plots import (
     finite_range,
     grid_of,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    pixels_below,
+    picture,
     thinned,
-    vector_picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import INK, QUIET
 
 
 def photon_transfer(table: Table, iso: Value) -> Picture:
@@ -33,13 +29,11 @@ def photon_transfer(table: Table, iso: Value) -> Picture:
     for channel, points in table.split("channel"):
         _transfer_points(main, points, str(channel))
         _residuals(rest, points, str(channel))
-    pixels_below(main)
-    pixels_below(rest)
     log_axis(main, "x")
     log_axis(main, "y")
     main.set(xlabel="Signal above black [DN]", ylabel="Variance [DN²]")
     main.set_title("Variance against signal")
-    rest.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
+    rest.axhspan(-2.0, 2.0, color="#eef2f5")
     rest.axhline(0.0, color=QUIET, linewidth=0.8)
     rest.set(xlabel="Signal above black [DN]", ylabel="Residual [standard deviations]")
     rest.set_title("Residuals of the fit")
@@ -49,7 +43,7 @@ def photon_transfer(table: Table, iso: Value) -> Picture:
     rest.set_ylim(-bound, bound)
     extra = [key("fit"), key("dark", linestyle=":"), key("left out", color=QUIET, linestyle="none", marker="x")]
     channel_legend(figure, channels, extra)
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Photon transfer at {iso_title(iso)}: variance against signal, and residuals, for {', '.join(channels)}",
         caption=(
@@ -71,25 +65,25 @@ def _transfer_points(axes: Axes, points: Table, channel: str) -> None:
     axes.plot(
         signal[used],
         variance[used],
-        linestyle="",
+        linestyle="none",
         marker=marker_of(channel),
         color=color,
         markersize=2.0 if dense else 4.0,
         alpha=0.35 if dense else 0.9,
         markeredgewidth=0.0,
-        zorder=PIXELS if dense else 2.0,
+        dense=dense,
     )
     if not dense:
-        axes.errorbar(signal[used], variance[used], yerr=error[used], fmt="none", ecolor=color, elinewidth=0.9)
+        axes.errorbar(signal[used], variance[used], yerr=error[used], linestyle="none", color=color, elinewidth=0.9)
     out = lit & ~used
     axes.plot(
         signal[out],
         variance[out],
-        linestyle="",
+        linestyle="none",
         marker="x",
         color=QUIET,
         markersize=4.0,
-        zorder=PIXELS if dense else 2.0,
+        dense=dense,
     )
     order = thinned(np.argsort(signal[lit]))
     axes.plot(signal[lit][order], fitted[lit][order], color=color, linewidth=1.2)
@@ -113,13 +107,13 @@ def _residuals(axes: Axes, points: Table, channel: str) -> None:
     axes.plot(
         signal[shown],
         residual[shown],
-        linestyle="",
+        linestyle="none",
         marker=marker_of(channel),
         color=color_of(channel),
         markersize=2.0 if dense else 4.0,
         alpha=0.35 if dense else 0.9,
         markeredgewidth=0.0,
-        zorder=PIXELS if dense else 2.0,
+        dense=dense,
     )
 
 
@@ -134,7 +128,6 @@ def signal_to_noise(table: Table) -> Picture:
     for axes, (iso, part) in zip(panels, groups, strict=True):
         for channel, points in part.split("channel"):
             _snr(axes, points, column, str(channel))
-        pixels_below(axes)
         if limits and span:
             axes.set_xlim(max(span[0] / 1.3, span[1] * 1e-5), span[1] * 1.5)
             axes.set_ylim(max(limits[0] / 1.3, limits[1] * 1e-4), limits[1] * 1.6)
@@ -145,7 +138,7 @@ def signal_to_noise(table: Table) -> Picture:
         axes.axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
     extra = [key("model"), key("measured", linestyle="none", marker="o"), key("SNR 1", linestyle="--")]
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], extra)
-    return vector_picture(
+    return picture(
         figure,
         alt="Signal-to-noise ratio against signal, one panel per ISO",
         caption=(
@@ -165,10 +158,10 @@ def _snr(axes: Axes, points: Table, column: str, channel: str) -> None:
     axes.plot(
         signal[measured],
         ratio[measured],
-        linestyle="",
+        linestyle="none",
         marker=marker_of(channel),
         color=color_of(channel),
         markerfacecolor="white",
         markersize=4.0,
-        zorder=PIXELS if measured.sum() > DENSE else 2.0,
+        dense=bool(measured.sum() > DENSE),
     )

@@ -4,8 +4,8 @@ from dataclasses import asdict
 from importlib.resources import files
 from typing import cast
 
-from fullwell.report.datasheet.compiler import compiled
 from fullwell.report.datasheet.contents import Datasheet, DataTable, Graph, OperationPoint
+from fullwell.report.typesetting import pdf_of
 
 _SIDE_BY_SIDE = ((3, 3), (4, 2), (6, 2))
 """Columns of a table up to which so many pieces of it stand side by side."""
@@ -21,7 +21,7 @@ def datasheet_pdf(sheet: Datasheet) -> bytes:
     drawings: dict[str, bytes] = {}
     points = [_point(point, at, drawings) for at, point in enumerate(sheet.points)]
     data = {**cast("dict[str, object]", asdict(sheet)), "points": points}
-    return compiled(template, data=data, drawings=drawings)
+    return pdf_of(template, data=data, drawings=drawings)
 
 
 def _point(point: OperationPoint, at: int, drawings: dict[str, bytes]) -> dict[str, object]:

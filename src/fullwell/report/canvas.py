@@ -73,7 +73,8 @@ def color_of(channel: str) -> str:
 
 def marker_of(channel: str) -> Marker:
     """Return the marker of a channel: no two channels rest on colour alone."""
-    return dict(_MARKERS).get(channel, "o")
+    markers: dict[str, Marker] = dict(_MARKERS)
+    return markers.get(channel, "o")
 
 
 def channel_legend(figure: Figure, channels: Iterable[str], extra: Sequence[Key] = ()) -> None:

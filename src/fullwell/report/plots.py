@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias
 
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fullwell.raw.cfa import channel_rank
+from fullwell.report.canvas import Picture, picture_of
 from fullwell.report.numbers import show_iso
 
 WIDTH_IN: Final = 9.2
@@ -92,15 +92,6 @@ _STYLE: Final[dict[Any, Any]] = {
     "svg.fonttype": "path",
     "mathtext.fontset": "dejavusans",
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
-    """A picture ready for the page: its data URI, what it shows in words, and what is to be seen in it."""
-
-    uri: str
-    alt: str
-    caption: str
 
 
 @contextmanager
@@ -267,12 +258,6 @@ def iso_title(iso: float | str | None) -> str:
 def vector_picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     """Return a drawing as SVG; dense scatters inside it are pixels."""
     return picture_of(svg_of(figure), alt=alt, caption=caption)
-
-
-def picture_of(drawing: bytes, *, alt: str, caption: str) -> Picture:
-    """Return an SVG as a picture."""
-    encoded = base64.b64encode(drawing).decode("ascii")
-    return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
 
 
 def svg_of(figure: Figure) -> bytes:

@@ -47,7 +47,7 @@ class BinSums(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _gather(plane: NDArray[np.uint32], corner: tuple[int, int], size: int, x: NDArray[np.uint32]) -> int:
+def _gather(plane: NDArray[np.uint16 | np.uint32], corner: tuple[int, int], size: int, x: NDArray[np.uint32]) -> int:
     """Copy the pixels of a bin and return how many there are."""
     top, left = corner
     right = min(left + size, plane.shape[1])
@@ -103,7 +103,9 @@ def _sound(x: NDArray[np.uint32], away: NDArray[np.uint32], least_reach: float) 
 
 
 @njit(cache=True, nogil=True)
-def bin_rows(plane: NDArray[np.uint32], size: int, rows: tuple[int, int], limits: Limits, found: BinSums) -> None:
+def bin_rows(
+    plane: NDArray[np.uint16 | np.uint32], size: int, rows: tuple[int, int], limits: Limits, found: BinSums
+) -> None:
     """Write some rows of bins, from the first to one past the last.
 
     Parameters

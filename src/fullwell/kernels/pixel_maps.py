@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Rows = NDArray[np.uint32 | np.float32]
+Rows = NDArray[np.uint16 | np.uint32 | np.float32]
 """The same rows of one map, shape (rows, width)."""
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.kernels.pixel_bins import LARGEST_SIDE, SIGMAS, BinSums, Limits, bin_rows
+from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.tiles import edges
 
 
@@ -56,7 +57,7 @@ def bin_size(plane_shape: tuple[int, int]) -> int:
 
 
 def bin_plane(
-    sums_plane: NDArray[np.uint32],
+    sums_plane: PixelSums,
     frames: int,
     *,
     size: int,

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from fullwell.kernels.pixel_maps import Rows, add_four, add_one
 
+PixelSums = NDArray[np.uint16 | np.uint32]
+"""Sum over the frames of a burst of each pixel, as narrow as it fits [DN]."""
+
 _BLOCK_BYTES: Final = 1 << 21
 """Of the rows added up at once: they stay in the second-level cache."""
 
@@ -177,8 +180,10 @@ class _Plan:
     def _add(self, first: int, last: int, totals: NDArray[np.float64]) -> None:
         """Add every map, four at a time as long as there are four."""
         fours = len(self.maps) - len(self.maps) % 4
+        kind = np.result_type(*self.maps)  # loops are compiled for maps of one kind
         for k in range(0, fours, 4):
-            a, b, c, d = (one[first:last] for one in self.maps[k : k + 4])
+            a, b, c, d = (one[first:last].astype(kind, copy=False) for one in self.maps[k : k + 4])
             add_four((a, b, c, d), first, self.coefficients[:, k : k + 4], totals)
         for k in range(fours, len(self.maps)):
-            add_one(self.maps[k][first:last], first, self.coefficients[:, k], totals)
+            rows = self.maps[k][first:last].astype(kind, copy=False)
+            add_one(rows, first, self.coefficients[:, k], totals)

@@ -15,33 +15,26 @@ from fullwell.frames.series import MEASURED_KINDS, Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
 from fullwell.report.datasheet.making import datasheet_maker
-from fullwell.report.pictures import Pictures, ResponsePicture
+from fullwell.report.pictures import Pictures
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
 from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.cluster import connected
 from fullwell.workflow.description import describe
-from fullwell.workflow.duplicates import reduce_without_copies
-from fullwell.workflow.executor import Progress
-from fullwell.workflow.iso_maps import write_iso_maps
+from fullwell.workflow.executor import Progress, one_algebra_thread
+from fullwell.workflow.isos import IsoReader, MeasuredIsos
 from fullwell.workflow.measure.against_iso import measure_against_iso
-from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso
-from fullwell.workflow.measure.emva.stacks import FEWEST_FRAMES
-from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso
+from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.iso_constancy import IsoPattern, measure_iso_constancy
-from fullwell.workflow.measure.pattern_maps import IsoMaps
 from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.measure.shading_differences import measure_shading_differences
-from fullwell.workflow.measure.temperatures import measure_temperatures
 from fullwell.workflow.options import Options
-from fullwell.workflow.pattern_pictures import difference_pictures, response_pictures, shading_pictures
+from fullwell.workflow.pattern_pictures import difference_pictures, shading_pictures
 from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.plan import Cluster
-from fullwell.workflow.published.study import measure_published_study
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
-from fullwell.workflow.scratch import let_go
 
 if TYPE_CHECKING:
     from fullwell.workflow.chart.chart import ChartOutcome
@@ -149,50 +142,34 @@ def _measure(
     measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
     tile = options.tile or default_tile(study)
     beside = None if folder is None else folder.parent
-    with tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch:
-        reduction = reduce_without_copies(
-            measured,
-            workers=options.workers,
+    with (
+        tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch,
+        one_algebra_thread(),
+    ):
+        reader = IsoReader(
+            study=study,
+            options=options,
             tile=tile,
-            progress=progress,
-            keep=MEASURED_KINDS,
+            folder=folder,
             scratch=Path(scratch),
-            pairs=bool(options.profiles),
-            least_kept=FEWEST_FRAMES if options.profiles else 1,
+            progress=progress,
             cache=cache,
             cluster=cluster,
         )
-        return _measured(study, measured, reduction, options=options, tile=tile, folder=folder, progress=progress)
+        return _spanned(study, reader.measure(measured), options=options, tile=tile, folder=folder, progress=progress)
 
 
-def _measured(
-    study: Study,
-    measured: Study,
-    reduction: Reduction,
-    *,
-    options: Options,
-    tile: int,
-    folder: Path | None,
-    progress: Progress | None,
+def _spanned(
+    study: Study, found: MeasuredIsos, *, options: Options, tile: int, folder: Path | None, progress: Progress | None
 ) -> Measurement:
-    """Measure one ISO after the other, letting go of its maps; then what spans them."""
-    groups = group_by_iso(measured, reduction.statistics, reduction.sums)
-    isos: list[IsoMeasurement] = []
-    responses: list[ResponsePicture] = []
-    for group in groups:
-        one = measure_iso(study, group, workers=options.workers, profiles=options.profiles)
-        if folder is not None:
-            write_iso_maps(study, one, folder / "maps")
-            responses += response_pictures(study, one)
-        for sums in (burst.sums for burst in (*group.flats, *group.unlit) if burst.sums is not None):
-            let_go(sums)
-        isos.append(replace(one, maps=IsoMaps(channels=(), mosaics={})))
+    """Measure what spans the ISOs."""
+    isos = [one.measured for one in found.isos]
+    groups = tuple(one.bursts for one in found.isos)
     rows = [row for one in isos for row in one.section.rows]
     shadings = [shading for one in isos for shading in one.shadings]
     differences_section, differences = measure_shading_differences(shadings, workers=options.workers)
     charts = _charts(study, rows, options=options, progress=progress)
-    published = measure_published_study(study, isos, options=options, folder=folder, progress=progress)
-    temperatures = joined([measure_temperatures(study, group, rows, profiles=options.profiles) for group in groups])
+    published = found.published.finish([one.bursts for one in isos], progress=progress)
     across = joined(
         (
             measure_against_iso(study, groups, rows),
@@ -200,7 +177,7 @@ def _measured(
             differences_section,
             published.section,
             *(() if charts is None else (charts.section,)),
-            temperatures,
+            *(one.temperatures for one in found.isos),
         )
     )
     findings = (*over_isos((one.bursts, one.section) for one in isos), *across.findings)
@@ -211,10 +188,10 @@ def _measured(
             take_pictures(groups),
             shading=tuple(one for iso in isos for one in shading_pictures(iso.shadings, published.surfaces)),
             shading_differences=difference_pictures(differences),
-            responses=tuple(responses),
+            responses=tuple(one for iso in found.isos for one in iso.responses),
+            charts=() if charts is None else charts.pictures(study),
         )
-        pictures = replace(pictures, charts=() if charts is None else charts.pictures(study))
-    results = _results(study, reduction, charts, section, settings=_settings(options, tile))
+    results = _results(study, found.reduction, charts, section, settings=_settings(options, tile))
     return Measurement(results=results, groups=groups, pictures=pictures)
 
 

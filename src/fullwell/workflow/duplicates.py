@@ -4,7 +4,7 @@ Whether two files are the same is known only when both have been read. So a stud
 turn out to hold copies, which are rare, are reduced once more without them.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -73,10 +73,49 @@ def reduce_without_copies(
         cluster=cluster,
     )
     reduction = reduce(study)
-    flat, copies = _told_apart(_copies(study, reduction))
-    if copies:
+    copies = find_copies(study, reduction)
+    if copies.there:
         reduction = _corrected(study, reduction, copies, reduce)
-    return replace(reduction, findings=(*reduction.findings, _flat_finding(flat))) if flat else reduction
+    return copies.named(reduction)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Copies:
+    """The copies of a study, and frames that hold one code only and may be none."""
+
+    found: tuple[_Copy, ...]
+    flat: tuple[_Copy, ...]
+
+    @property
+    def there(self) -> bool:
+        """Whether any frame must be left out."""
+        return bool(self.found)
+
+    def left_out(self, series: Iterable[Series]) -> tuple[Series, ...]:
+        """Return series without their copies."""
+        names = {one.name for one in self.found}
+        return tuple(
+            replace(one, frames=tuple(frame for frame in one.frames if frame.name not in names)) for one in series
+        )
+
+    def named(self, reduction: Reduction) -> Reduction:
+        """Return a reduction that says what was left out, and what was not though it looks like a copy."""
+        excluded = tuple(
+            Exclusion(name=one.name, code=CODE, reason=f"its content is that of {one.original.name}")
+            for one in self.found
+        )
+        told = (_copies_finding, self.found), (_flat_finding, self.flat)
+        return replace(
+            reduction,
+            excluded=tuple(sorted((*reduction.excluded, *excluded), key=lambda one: one.name)),
+            findings=(*reduction.findings, *(finding(copies) for finding, copies in told if copies)),
+        )
+
+
+def find_copies(study: Study, reduction: Reduction) -> Copies:
+    """Return which frames of a study are copies, by what all its files hold."""
+    flat, copies = _told_apart(_copies(study, reduction))
+    return Copies(found=copies, flat=flat)
 
 
 def _copies(study: Study, reduction: Reduction) -> tuple[_Copy, ...]:
@@ -107,24 +146,16 @@ def _has_one_code(frame: Frame) -> bool:
     return bool(mosaic.min() == mosaic.max())
 
 
-def _corrected(study: Study, whole: Reduction, copies: Sequence[_Copy], reduce: _Reduce) -> Reduction:
+def _corrected(study: Study, whole: Reduction, copies: Copies, reduce: _Reduce) -> Reduction:
     """Reduce the series that hold copies again without these, and put what comes out in their place."""
-    names = {one.name for one in copies}
-    affected = tuple(series for series in study.series if any(frame.name in names for frame in series.frames))
-    cleaned = tuple(
-        replace(series, frames=tuple(frame for frame in series.frames if frame.name not in names))
-        for series in affected
-    )
-    again = reduce(replace(study, series=cleaned)) if any(series.frames for series in cleaned) else None
-    left_out = tuple(
-        Exclusion(name=one.name, code=CODE, reason=f"its content is that of {one.original.name}") for one in copies
-    )
+    cleaned = copies.left_out(study.series)
+    affected = [one for one, clean in zip(study.series, cleaned, strict=True) if one.frames != clean.frames]
+    keys = {one.key for one in affected}
+    again = reduce(replace(study, series=tuple(one for one in cleaned if one.key in keys)))
     return replace(
         whole,
-        statistics=_replaced(study, affected, whole.statistics, {} if again is None else again.statistics),
-        sums=_replaced(study, affected, whole.sums, {} if again is None else again.sums),
-        excluded=tuple(sorted((*whole.excluded, *left_out), key=lambda one: one.name)),
-        findings=(*whole.findings, _copies_finding(copies)),
+        statistics=_replaced(study, affected, whole.statistics, again.statistics),
+        sums=_replaced(study, affected, whole.sums, again.sums),
     )
 
 

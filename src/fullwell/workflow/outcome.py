@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fullwell.frames.series import Exclusion
+from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.series import SeriesStatistics
 
 
@@ -30,4 +28,4 @@ class SeriesOutcome:
     statistics: SeriesStatistics | None
     hashes: Mapping[str, str]
     excluded: tuple[Exclusion, ...] = ()
-    sums: NDArray[np.uint32] | None = None
+    sums: PixelSums | None = None

@@ -4,25 +4,26 @@ The results are the same for any number of threads, on one machine or many, and 
 left (`parts`, `threads`, `cluster`, `cache`).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from fullwell.errors import UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Exclusion, Kind, Series, SeriesKey, Study
 from fullwell.statistics.moments import Layout
+from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.workflow.cache.recipe import recipe
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.outcome import SeriesOutcome
 from fullwell.workflow.plan import Cluster, plan
-from fullwell.workflow.scratch import KeptSums
+from fullwell.workflow.read_ahead import ReadAhead, Stoppable
+from fullwell.workflow.scratch import KeptSums, narrowed
 from fullwell.workflow.threads import reduce_in_threads
 
 
@@ -50,7 +51,7 @@ class Reduction:
     hashes: Mapping[str, str]
     excluded: tuple[Exclusion, ...]
     findings: tuple[Finding, ...]
-    sums: Mapping[SeriesKey, NDArray[np.uint32]] = field(default_factory=dict)
+    sums: Mapping[SeriesKey, PixelSums] = field(default_factory=dict)
 
 
 def reduce_study(
@@ -81,7 +82,7 @@ def reduce_study(
     keep
         Kinds of series whose sums are kept pixel by pixel.
     scratch
-        Folder for these sums where all together take more than 1 GB; the caller's, who removes it when they are no
+        Folder for these sums where all together take more than 400 MB; the caller's, who removes it when they are no
         longer used.
     pairs
         Whether the first two frames of each series are also looked at as a pair.
@@ -97,21 +98,73 @@ def reduce_study(
     UsageError
         The frames are too small or too large, or the tile is.
     ValueError
-        The sums take more than 1 GB and there is no folder for them.
+        The sums take more than 400 MB and there is no folder for them.
 
     """
-    layout = _layout(study, tile)
     series = [one for one in study.series if one.frames]
     kept = frozenset(one.key for one in series if one.kind in keep and len(one.frames) >= least_kept)
-    desk = _Desk(series, layout, kept=kept, scratch=scratch, cache=cache, pairs=pairs)
-    if progress is not None:
-        progress.start(sum(len(one.frames) for one in series))
-    missing = desk.look_up(workers=workers, progress=progress)
-    if missing:
-        how = plan(missing, layout, workers=workers, pairs=pairs, kept=kept)
-        reduce = reduce_in_threads if cluster is None else cluster.reduce
-        reduce(missing, plan=how, done=desk.done, progress=progress)
+    layout = _layout(study, tile)
+    desk = _Desk(series, layout, kept=kept, at_once=len(kept), scratch=scratch, cache=cache, pairs=pairs)
+    desk.read(workers=workers, progress=progress, cluster=cluster)
     return _reduction(series, desk.outcomes)
+
+
+def reduce_in_groups(
+    study: Study,
+    groups: Sequence[Sequence[Series]],
+    *,
+    workers: int,
+    tile: int = 64,
+    progress: Progress | None = None,
+    kept: Collection[SeriesKey] = (),
+    scratch: Path | None = None,
+    pairs: bool = False,
+    cache: SeriesCache | None = None,
+    cluster: Cluster | None = None,
+) -> Generator[Reduction]:
+    """Yield what each group of series comes to, while those of the next are read.
+
+    The sums of a group are there until the next one is asked for. A caller that may give up closes the generator.
+
+    Parameters
+    ----------
+    study
+        Of which the series are.
+    groups
+        Series, in the order they are wanted; those without frames are passed over.
+    workers, tile, progress, scratch, pairs, cache, cluster
+        As `reduce_study`; a single worker reads no group while another is looked at.
+    kept
+        Series whose sums are kept pixel by pixel.
+
+    Raises
+    ------
+    UsageError, ValueError
+        As `reduce_study`.
+
+    """
+    every = [[one for one in group if one.frames] for group in groups]
+    series, ahead = list(chain.from_iterable(every)), int(workers > 1)
+    wanted = [sum(one.key in kept for one in group) for group in every]
+    desk = _Desk(
+        series,
+        _layout(study, tile),
+        kept=frozenset(kept),
+        at_once=max(sum(wanted[at : at + 1 + ahead]) for at in range(len(wanted))),
+        scratch=scratch,
+        cache=cache,
+        pairs=pairs,
+    )
+    desk.waits = ReadAhead([[one.key for one in group] for group in every], ahead=ahead)
+    told = Stoppable(progress, desk.waits)
+
+    def read() -> None:
+        desk.read(workers=workers, progress=told, cluster=cluster)
+
+    with closing(desk.waits.groups(read)) as places:
+        for place in places:
+            yield _reduction(every[place], desk.outcomes)
+            desk.forget(every[place])
 
 
 def _layout(study: Study, tile: int) -> Layout:
@@ -130,36 +183,67 @@ class _Desk:
         layout: Layout,
         *,
         kept: frozenset[SeriesKey],
+        at_once: int,
         scratch: Path | None,
         cache: SeriesCache | None,
         pairs: bool,
     ) -> None:
         self._series = series
+        self._layout = layout
         self._kept = kept
-        self._sums = KeptSums(series=len(kept), pixels=layout.height * layout.width, folder=scratch)
+        self._pairs = pairs
+        self._sums = KeptSums(series=at_once, pixels=layout.height * layout.width, folder=scratch)
         self._cache = cache
         known = () if cache is None else series
         self._recipes = {one.key: recipe(one, layout, sums=one.key in kept, pairs=pairs) for one in known}
         self.outcomes: dict[SeriesKey, SeriesOutcome] = {}
+        self.waits: ReadAhead | None = None
 
-    def look_up(self, *, workers: int, progress: Progress | None) -> list[Series]:
+    def read(self, *, workers: int, progress: Progress | None, cluster: Cluster | None) -> None:
+        """Look up what is known of the series, and read the others."""
+        if progress is not None:
+            progress.start(sum(len(one.frames) for one in self._series))
+        missing = self._look_up(workers=workers, progress=progress)
+        if missing:
+            how = plan(missing, self._layout, workers=workers, pairs=self._pairs, kept=self._kept)
+            reduce = reduce_in_threads if cluster is None else cluster.reduce
+            reduce(missing, plan=how, done=self._done, progress=progress)
+
+    def forget(self, series: Sequence[Series]) -> None:
+        """Let the sums of some series go."""
+        for one in series:
+            sums = self.outcomes[one.key].sums
+            if sums is not None:
+                self._sums.forget(sums)
+            self.outcomes[one.key] = replace(self.outcomes[one.key], sums=None)
+
+    def _look_up(self, *, workers: int, progress: Progress | None) -> list[Series]:
         """Take what is known of the series, and return those that must be read."""
         if self._cache is None:
             return list(self._series)
         recipes = [self._recipes[one.key] for one in self._series]
-        self.outcomes.update(self._cache.find(self._series, recipes, workers=workers))
+        for key, outcome in self._cache.find(self._series, recipes, workers=workers).items():
+            self._put(key, outcome)
         if progress is not None:
             progress.advance(sum(len(one.frames) for one in self._series if one.key in self.outcomes))
         return [one for one in self._series if one.key not in self.outcomes]
 
-    def done(self, series: Series, outcome: SeriesOutcome) -> None:
+    def _done(self, series: Series, outcome: SeriesOutcome) -> None:
         """Put down what a series came to; from any thread."""
-        if series.key not in self._kept:
-            outcome = replace(outcome, sums=None)
+        if self.waits is not None:
+            self.waits.admit(series.key)
+        sums = outcome.sums if series.key in self._kept else None
+        narrow = None if sums is None else narrowed(sums)
+        outcome = replace(outcome, sums=narrow)
         cached = None if self._cache is None else self._cache.keep(series, self._recipes[series.key], outcome)
-        if cached is None and outcome.sums is not None:
-            outcome = replace(outcome, sums=self._sums.keep(outcome.sums))
-        self.outcomes[series.key] = cached or outcome
+        if cached is None and narrow is not None:
+            outcome = replace(outcome, sums=self._sums.keep(narrow, copied=narrow is not sums))
+        self._put(series.key, cached or outcome)
+
+    def _put(self, key: SeriesKey, outcome: SeriesOutcome) -> None:
+        self.outcomes[key] = outcome
+        if self.waits is not None:
+            self.waits.arrived(key)
 
 
 def _reduction(series: Sequence[Series], outcomes: Mapping[SeriesKey, SeriesOutcome]) -> Reduction:

@@ -3,50 +3,78 @@
 import mmap
 import tempfile
 from pathlib import Path
-from typing import Final
+from threading import Lock
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_KEPT_BYTES: Final = 1_000_000_000
+from fullwell.statistics.pixels import PixelSums
+
+MOST_KEPT_BYTES: Final = 400_000_000
 
 
 class KeptSums:
     """Where the sums over frames of each pixel of finished series go.
 
+    Its methods may be called from several threads at once.
+
     Parameters
     ----------
     series
-        Of how many series sums are kept.
+        Of how many series sums are kept at once.
     pixels
         Pixels of a mosaic.
     folder
-        Where files go if all sums together take more than `MOST_KEPT_BYTES`; it must be there as long as the sums are
-        read, and is the caller's to remove.
+        Where files go once the sums in memory take `MOST_KEPT_BYTES`; it must be there as long as the sums are read,
+        and is the caller's to remove.
 
     Raises
     ------
     ValueError
-        If files are needed and there is no folder.
+        If files may be needed and there is no folder.
 
     """
 
     def __init__(self, *, series: int, pixels: int, folder: Path | None = None) -> None:
-        self._folder: Path | None = None
+        self._folder = folder
+        self._lock = Lock()
+        self._in_memory: dict[int, int] = {}
         total_bytes = series * pixels * np.dtype(np.uint32).itemsize
-        if total_bytes > MOST_KEPT_BYTES:
-            if folder is None:
-                raise ValueError(f"the sums of {series} series take {total_bytes / 1e9:.1f} GB: name a scratch folder")
-            self._folder = folder
+        if total_bytes > MOST_KEPT_BYTES and folder is None:
+            raise ValueError(f"the sums of {series} series take {total_bytes / 1e9:.1f} GB: name a scratch folder")
 
-    def keep(self, sums: NDArray[np.uint32]) -> NDArray[np.uint32]:
-        """Return a copy of the sums of a series, read-only; from any thread."""
-        kept = sums.copy() if self._folder is None else _in_file(sums, self._folder)
+    def keep(self, sums: PixelSums, *, copied: bool = False) -> PixelSums:
+        """Return the sums of a series read-only, a copy unless they are ``copied`` already."""
+        with self._lock:
+            fits = sum(self._in_memory.values()) + sums.nbytes <= MOST_KEPT_BYTES
+            kept = (sums if copied else sums.copy()) if fits or self._folder is None else _in_file(sums, self._folder)
+            if kept.base is None:
+                self._in_memory[id(kept)] = kept.nbytes
         kept.flags.writeable = False
         return kept
 
+    def forget(self, sums: PixelSums) -> None:
+        """Hear that sums are no longer looked at, so that others may take their place."""
+        with self._lock:
+            self._in_memory.pop(id(sums), None)
+        let_go(sums)
 
-def let_go(sums: NDArray[np.uint32]) -> None:
+
+def narrowed(sums: PixelSums) -> PixelSums:
+    """Return sums in 16 bits where they fit, else as they are: they are read often, and memory is slow.
+
+    Examples
+    --------
+    >>> narrowed(np.array([65535], np.uint32)).dtype, narrowed(np.array([65536], np.uint32)).dtype
+    (dtype('uint16'), dtype('uint32'))
+
+    """
+    fits = sums.dtype != np.uint16 and sums.max(initial=0) <= np.iinfo(np.uint16).max
+    return sums.astype(np.uint16) if fits else sums
+
+
+def let_go(sums: NDArray[Any]) -> None:
     """Give back the memory that a mapped file takes in this process; it is read again where it is looked at again."""
     base = sums.base
     while isinstance(base, np.ndarray) and base.base is not None:
@@ -55,8 +83,8 @@ def let_go(sums: NDArray[np.uint32]) -> None:
         base.madvise(mmap.MADV_DONTNEED)
 
 
-def _in_file(sums: NDArray[np.uint32], folder: Path) -> NDArray[np.uint32]:
+def _in_file(sums: PixelSums, folder: Path) -> PixelSums:
     """Write to a new file, which is faster than writing through a map, and map it."""
-    with tempfile.NamedTemporaryFile(dir=folder, prefix="sums-", suffix=".u32", delete=False) as file:
+    with tempfile.NamedTemporaryFile(dir=folder, prefix="sums-", suffix=".raw", delete=False) as file:
         sums.tofile(file)
-    return np.memmap(file.name, dtype=np.uint32, mode="r", shape=sums.shape).view(np.ndarray)
+    return np.memmap(file.name, dtype=sums.dtype, mode="r", shape=sums.shape).view(np.ndarray)

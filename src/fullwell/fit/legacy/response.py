@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fullwell.fit.legacy.regions import Box, StudyRegions
 from fullwell.fit.legacy.shading_map import LegacyMap
 from fullwell.raw.cfa import ALL, MONO, channels
-from fullwell.statistics.pixels import line_coefficients
+from fullwell.statistics.pixels import PixelSums, line_coefficients
 from fullwell.units import DN, PERCENT
 
 _Number = TypeVar("_Number", bound=np.generic)
@@ -123,7 +123,7 @@ class LegacyFigure:
 
 
 def study_response(
-    sums: Sequence[NDArray[np.uint32]],
+    sums: Sequence[PixelSums],
     frames: Sequence[int],
     exposures_s: Sequence[float],
     *,

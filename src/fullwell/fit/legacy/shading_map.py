@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.raw.cfa import cell
+from fullwell.statistics.pixels import PixelSums
 
 _BLOCK: Final = 1 << 18
 """Pixels of a plane that are worked on at once."""
@@ -96,7 +97,7 @@ class LegacyMap:
         return values
 
 
-def fit_poly22(sums: NDArray[np.uint32], frames: int, *, black_dn: float = 0.0) -> Poly22:
+def fit_poly22(sums: PixelSums, frames: int, *, black_dn: float = 0.0) -> Poly22:
     """Fit a quadratic surface to the burst mean of one plane, every pixel alike.
 
     Parameters
@@ -145,9 +146,7 @@ def fit_poly22(sums: NDArray[np.uint32], frames: int, *, black_dn: float = 0.0) 
     )
 
 
-def fit_legacy_map(
-    sums: NDArray[np.uint32], frames: int, *, cfa: str, black_dn: Sequence[float] | None = None
-) -> LegacyMap:
+def fit_legacy_map(sums: PixelSums, frames: int, *, cfa: str, black_dn: Sequence[float] | None = None) -> LegacyMap:
     """Fit the map of a burst of flats.
 
     Parameters

@@ -3,10 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fullwell.frames.series import MEASURED_KINDS, Kind, Series, SeriesKey, Study
+from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.series import PlaneStatistics, SeriesStatistics
 
 
@@ -25,7 +23,7 @@ class Burst:
 
     series: Series
     statistics: SeriesStatistics
-    sums: NDArray[np.uint32] | None = None
+    sums: PixelSums | None = None
 
     @property
     def kind(self) -> Kind:
@@ -51,7 +49,7 @@ class Burst:
         """Return the statistics of one channel."""
         return next(plane for plane in self.statistics.planes if plane.channel == channel)
 
-    def plane_sums(self, channel: str) -> NDArray[np.uint32]:
+    def plane_sums(self, channel: str) -> PixelSums:
         """Return the sums over frames of one channel's pixels, a view [DN].
 
         Raises
@@ -108,7 +106,7 @@ class IsoBursts:
 def group_by_iso(
     study: Study,
     statistics: Mapping[SeriesKey, SeriesStatistics],
-    sums: Mapping[SeriesKey, NDArray[np.uint32]] | None = None,
+    sums: Mapping[SeriesKey, PixelSums] | None = None,
 ) -> tuple[IsoBursts, ...]:
     """Group the bursts that survived reduction by ISO, in ascending order.
 
@@ -162,6 +160,15 @@ def _together(iso: float | None, every: Sequence[Burst]) -> IsoBursts:
         darks=darks,
         biases=biases,
     )
+
+
+def without_sums(bursts: IsoBursts) -> IsoBursts:
+    """Return bursts that hold no sums, so that these can be let go."""
+    flats, darks, biases = (
+        tuple(replace(burst, sums=None) for burst in group) for group in (bursts.flats, bursts.darks, bursts.biases)
+    )
+    elsewhere = tuple(without_sums(other) for other in bursts.elsewhere)
+    return replace(bursts, flats=flats, darks=darks, biases=biases, elsewhere=elsewhere)
 
 
 def _cell(sites: int) -> int:

@@ -21,11 +21,11 @@ from fullwell.workflow.measure.section import Section, joined
 from fullwell.workflow.options import Options
 from fullwell.workflow.published.second_look import base_group, look_again
 from fullwell.workflow.published.sections import look_section, response_section, shading_section
-from fullwell.workflow.scratch import let_go
 
 _SMALLEST: Final = 6
 """Side of a mosaic whose planes hold a quadratic surface [pixel]."""
-_Black = Mapping[float | None, tuple[float, ...]]
+Surfaces = Mapping[tuple[SeriesKey, str], Poly22]
+"""By the key of the series and channel."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,128 +33,155 @@ class PublishedStudy:
     """What the study would have said, and its quadratic surfaces by the key of the series and channel."""
 
     section: Section
-    surfaces: Mapping[tuple[SeriesKey, str], Poly22]
+    surfaces: Surfaces
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Base:
     """The one map that the study divides every flat by, and where it looks."""
 
-    group: IsoBursts
-    burst: Burst
+    iso: float | None
+    exposure_s: float
+    black_dn: tuple[float, ...] | None
     map: LegacyMap
     regions: StudyRegions
 
 
-def measure_published_study(
-    study: Study,
-    measured: Sequence[IsoMeasurement],
-    *,
-    options: Options,
-    folder: Path | None,
-    progress: Progress | None = None,
-) -> PublishedStudy:
-    """Return the study's figures; write its tables below ``folder`` unless that is None.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Measured:
+    """What was found at one ISO."""
+
+    iso: float | None
+    section: Section
+    surfaces: Surfaces
+
+
+class PublishedMeasurement:
+    """The study's figures, made ISO by ISO: its tables of pixels are written before the next ISO's sums are read.
 
     Parameters
     ----------
     study
         Its frames and facts.
-    measured
-        Every ISO.
     options
         Workers, and whether black is subtracted first.
     folder
-        Where ``tables/`` is written.
-    progress
-        Told of every frame that is read a second time.
+        Where ``tables/`` is written; None writes none.
 
     """
-    black = _black(measured) if options.legacy_black_subtracted else {}
-    groups = [one.bursts for one in measured]
-    maps = _maps(study, groups, black, workers=options.workers)
-    surfaces = {
-        (burst.series.key, channel): surface
-        for group, burst, fitted in _fitted(groups, maps)
-        for channel, surface in zip(group.channels, fitted.surfaces, strict=True)
-    }
-    base = _base(study, groups, maps)
-    tables = None if folder is None else folder / "tables"
-    look = look_again(
-        groups,
-        base=None if base is None else base.map,
-        workers=options.workers,
-        black_dn=None if base is None else black.get(base.group.iso),
-        progress=progress,
-    )
-    volts = _volts(study)
-    sections = [look_section(look, base_group(groups), volts)]
-    for one in measured:
-        sections.append(shading_section(one, surfaces))
-        response = _response(study, one.bursts, base, black.get(one.bursts.iso))
+
+    def __init__(self, study: Study, *, options: Options, folder: Path | None) -> None:
+        self._study = study
+        self._options = options
+        self._tables = None if folder is None else folder / "tables"
+        self._measured: list[_Measured] = []
+        self._maps: dict[SeriesKey, LegacyMap] = {}
+        self._lit = False
+        self._base: _Base | None = None
+
+    def add(self, one: IsoMeasurement) -> None:
+        """Take what was measured at an ISO while the sums of its bursts are there; the lowest ISO comes first."""
+        workers = self._options.workers
+        black = tuple(level.black_dn for level in one.levels) if self._options.legacy_black_subtracted else None
+        self._maps |= _maps(self._study, one.bursts, black, workers=workers)
+        if one.bursts.flats and not self._lit:
+            self._lit, self._base = True, _base(self._study, one.bursts, self._maps, black)
+        surfaces = _surfaces(one.bursts, self._maps)
+        sections = [shading_section(one, surfaces)]
+        response = _response(self._study, one.bursts, self._base, black)
         if response is not None:
             sections.append(response_section(one.bursts, response))
-            if tables is not None:
-                write_iso_tables(response, tables, workers=options.workers)
-    if tables is not None:
-        spanning = StudyTables(
-            coefficients=tuple(_coefficients(groups, maps)),
-            read_noise=look.read_noise,
-            dark_lines=tuple(_dark_lines(study, groups)),
-            volts=volts,
-            base_iso=None if base is None else base.group.iso,
-            base_exposure_s=None if base is None else base.burst.exposure_s,
-            scaled=base is not None and base.regions.scaled,
-            black_subtracted=bool(black),
+            if self._tables is not None:
+                write_iso_tables(response, self._tables, workers=workers)
+        self._measured.append(_Measured(iso=one.bursts.iso, section=joined(sections), surfaces=surfaces))
+
+    def finish(self, groups: Sequence[IsoBursts], *, progress: Progress | None = None) -> PublishedStudy:
+        """Look again at single frames and write what spans the study.
+
+        Parameters
+        ----------
+        groups
+            The bursts of every ISO, in the order of the results.
+        progress
+            Told of every frame that is read a second time.
+
+        """
+        base, volts = self._base, _volts(self._study)
+        look = look_again(
+            groups,
+            base=None if base is None else base.map,
+            workers=self._options.workers,
+            black_dn=None if base is None else base.black_dn,
+            progress=progress,
         )
-        write_study_tables(spanning, tables)
-    return PublishedStudy(section=joined(sections), surfaces=surfaces)
+        if self._tables is not None:
+            spanning = StudyTables(
+                coefficients=tuple(_coefficients(groups, self._maps)),
+                read_noise=look.read_noise,
+                dark_lines=tuple(_dark_lines(self._study, groups)),
+                volts=volts,
+                base_iso=None if base is None else base.iso,
+                base_exposure_s=None if base is None else base.exposure_s,
+                scaled=base is not None and base.regions.scaled,
+                black_subtracted=bool(groups) and self._options.legacy_black_subtracted,
+            )
+            write_study_tables(spanning, self._tables)
+        of_isos = {one.iso: one.section for one in self._measured}
+        sections = [look_section(look, base_group(groups), volts), *(of_isos[group.iso] for group in groups)]
+        surfaces = {key: surface for one in self._measured for key, surface in one.surfaces.items()}
+        return PublishedStudy(section=joined(sections), surfaces=surfaces)
 
 
-def _black(measured: Sequence[IsoMeasurement]) -> _Black:
-    """Return the black level of every CFA site by ISO [DN]."""
-    return {one.bursts.iso: tuple(level.black_dn for level in one.levels) for one in measured}
-
-
-def _maps(study: Study, groups: Sequence[IsoBursts], black: _Black, *, workers: int) -> Mapping[SeriesKey, LegacyMap]:
-    """Return the map of every flat burst by the key of its series."""
+def _maps(
+    study: Study, group: IsoBursts, black: tuple[float, ...] | None, *, workers: int
+) -> dict[SeriesKey, LegacyMap]:
+    """Return the map of every flat burst of an ISO by the key of its series."""
     if min(study.width, study.height) < _SMALLEST:
         return {}
-    flats = [(group.iso, burst) for group in groups for burst in group.flats]
 
-    def fit(one: tuple[float | None, Burst]) -> LegacyMap | None:
-        iso, burst = one
+    def fit(burst: Burst) -> LegacyMap | None:
         if burst.sums is None:
             return None
-        fitted = fit_legacy_map(burst.sums, burst.frames, cfa=study.cfa, black_dn=black.get(iso))
-        let_go(burst.sums)
-        return fitted
+        return fit_legacy_map(burst.sums, burst.frames, cfa=study.cfa, black_dn=black)
 
-    fitted = in_threads(fit, flats, workers=workers)
-    return {burst.series.key: one for (_, burst), one in zip(flats, fitted, strict=True) if one is not None}
+    fitted = in_threads(fit, group.flats, workers=workers)
+    return {burst.series.key: one for burst, one in zip(group.flats, fitted, strict=True) if one is not None}
 
 
-def _fitted(
-    groups: Sequence[IsoBursts], maps: Mapping[SeriesKey, LegacyMap]
-) -> Iterable[tuple[IsoBursts, Burst, LegacyMap]]:
-    for group in groups:
-        for burst in group.flats:
-            if burst.series.key in maps:
-                yield group, burst, maps[burst.series.key]
+def _surfaces(group: IsoBursts, maps: Mapping[SeriesKey, LegacyMap]) -> Surfaces:
+    return {
+        (burst.series.key, channel): surface
+        for burst, fitted in _fitted(group, maps)
+        for channel, surface in zip(group.channels, fitted.surfaces, strict=True)
+    }
+
+
+def _fitted(group: IsoBursts, maps: Mapping[SeriesKey, LegacyMap]) -> Iterable[tuple[Burst, LegacyMap]]:
+    for burst in group.flats:
+        if burst.series.key in maps:
+            yield burst, maps[burst.series.key]
 
 
 def _coefficients(groups: Sequence[IsoBursts], maps: Mapping[SeriesKey, LegacyMap]) -> Iterable[ShadingCoefficients]:
-    for group, burst, fitted in _fitted(groups, maps):
-        for channel, surface in zip(group.channels, fitted.surfaces, strict=True):
-            yield ShadingCoefficients(iso=group.iso, exposure_s=burst.exposure_s, channel=channel, surface=surface)
+    for group in groups:
+        for burst, fitted in _fitted(group, maps):
+            for channel, surface in zip(group.channels, fitted.surfaces, strict=True):
+                yield ShadingCoefficients(iso=group.iso, exposure_s=burst.exposure_s, channel=channel, surface=surface)
 
 
-def _base(study: Study, groups: Sequence[IsoBursts], maps: Mapping[SeriesKey, LegacyMap]) -> _Base | None:
-    group = base_group(groups)
-    if group is None or group.flats[0].series.key not in maps:
-        return None
+def _base(
+    study: Study, group: IsoBursts, maps: Mapping[SeriesKey, LegacyMap], black: tuple[float, ...] | None
+) -> _Base | None:
     burst = group.flats[0]
-    return _Base(group=group, burst=burst, map=maps[burst.series.key], regions=study_regions(study.height, study.width))
+    if burst.series.key not in maps:
+        return None
+    return _Base(
+        iso=group.iso,
+        exposure_s=burst.exposure_s,
+        black_dn=black,
+        map=maps[burst.series.key],
+        regions=study_regions(study.height, study.width),
+    )
 
 
 def _response(

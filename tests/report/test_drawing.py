@@ -148,7 +148,7 @@ def test_dense_points_hide_more_where_more_of_them_lie():
     axes.plot([1.0, 2.0, 2.0, 2.0], [1.0, 2.0, 2.0, 2.0], linestyle="none", marker="s", alpha=0.3, dense=True)
     axes.set(xlim=(0.0, 3.0), ylim=(0.0, 3.0))
     (image,) = parsed(figure).iter(f"{SVG}image")
-    opacity = np.asarray(decoded(image))[..., 3] / 255.0
+    opacity = np.asarray(decoded(image).convert("RGBA"))[..., 3] / 255.0
     rows, columns = opacity.shape
     places = [(int(rows * (1.0 - share)), int(columns * share)) for share in (1 / 3, 2 / 3, 0.5)]
     once, thrice, never = (opacity[place] for place in places)

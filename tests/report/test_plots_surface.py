@@ -4,18 +4,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.figure import Figure
 
+from fullwell.report.drawing import Axes
+from fullwell.report.drawing.facets import Facets
 from fullwell.report.plots_surface import MOST_FACETS, Surface, draw_surfaces, space, symmetric_limit
 
 
 def facets(values, **options):
     """Return the corners of the facets as drawn, the farthest first, shape (facets, 4, 2)."""
-    figure = Figure()
-    axes = space(figure, figure.add_gridspec(1, 1)[0])
+    axes = Axes()
+    space(axes)
     rows, columns = (np.arange(size, dtype=float) for size in values.shape)
-    drawn = draw_surfaces(axes, [Surface(rows=rows, columns=columns, values=values)], **options)
-    return np.array([path.vertices[:4] for path in drawn.get_paths()])
+    draw_surfaces(axes, [Surface(rows=rows, columns=columns, values=values)], **options)
+    (drawn,) = [mark for mark in axes.marks if isinstance(mark, Facets)]
+    return drawn.corners
 
 
 @given(rows=st.integers(2, 90), columns=st.integers(2, 90))

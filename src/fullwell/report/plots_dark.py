@@ -1,16 +1,11 @@
 """Frames without light: dark signal, the histogram around black, read noise, differences of frames."""
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
-from matplotlib.patches import Rectangle
 
-from fullwell.report.curves import Table
-from fullwell.report.pictures import DarkZoom, DifferencePicture
-from fullwell.report.plots import (
-    INK,
+from fullwell.report.canvas import (
     Picture,
     beside,
     canvas,
@@ -20,15 +15,17 @@ from fullwell.report.plots import (
     grid_of,
     iso_axis,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    pixel_picture,
+    picture,
     stepped,
-    vector_picture,
 )
+from fullwell.report.curves import Table
+from fullwell.report.drawing import Axes, key, shades
+from fullwell.report.drawing.style import INK
+from fullwell.report.pictures import DarkZoom, DifferencePicture
 
-_GRAYS = ListedColormap([(level, level, level) for level in np.linspace(0.0, 1.0, 21)])
+_GRAYS: Final = shades("#000000", "#ffffff", count=21)
 """Few greys: noise compresses badly, and the eye tells no more of them apart."""
 
 _REGION_COLORS = ("#c2410c", "#1d4ed8", "#047857", "#7e22ce")
@@ -40,7 +37,7 @@ def _with_errors(axes: Axes, channel: str, points: Table, *, x: str, y: str) -> 
         points.numbers(x),
         points.numbers(y),
         yerr=points.numbers("std_error"),
-        linestyle="",
+        linestyle="none",
         marker=marker_of(channel),
         color=color_of(channel),
         elinewidth=0.9,
@@ -63,7 +60,7 @@ def dark_signal(table: Table) -> Picture:
         axes.margins(x=0.06, y=0.12)
         axes.locator_params(axis="both", nbins=5)
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], [key("fit")])
-    return vector_picture(
+    return picture(
         figure,
         alt="Mean dark signal against exposure time with straight-line fits, one panel per ISO",
         caption=(
@@ -90,7 +87,7 @@ def dark_current_over_temperature(table: Table) -> Picture:
         axes.margins(x=0.06, y=0.12)
         log_axis(axes, "y")
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], [key("fit")])
-    return vector_picture(
+    return picture(
         figure,
         alt="Dark current against temperature with fitted exponential rise, one panel per ISO",
         caption=(
@@ -122,7 +119,7 @@ def dark_histogram(table: Table, black_levels: Mapping[tuple[float | None, str],
         axes.locator_params(axis="x", nbins=6)
     extra = [key("black level", linestyle="--")]
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], extra)
-    return vector_picture(
+    return picture(
         figure,
         alt="Histogram of raw values in dark frames on a logarithmic scale, black level marked, one panel per ISO",
         caption=(
@@ -155,7 +152,7 @@ def read_noise_against_iso(table: Table) -> Picture:
             aside,
             points.numbers("read_noise"),
             yerr=points.numbers("std_error"),
-            linestyle="",
+            linestyle="none",
             marker=marker,
             color=color,
             elinewidth=0.9,
@@ -173,7 +170,7 @@ def read_noise_against_iso(table: Table) -> Picture:
         axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     extra = [key("fit")] if np.isfinite(table.numbers("fitted")).any() else []
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], extra)
-    return vector_picture(
+    return picture(
         figure,
         alt="Read noise against ISO in raw values and in electrons",
         caption=(
@@ -184,28 +181,17 @@ def read_noise_against_iso(table: Table) -> Picture:
     )
 
 
-def difference(picture: DifferencePicture) -> Picture:
+def difference(pair: DifferencePicture) -> Picture:
     """Draw the difference of two frames with its regions marked, and their histograms."""
     figure, (left, right) = canvas(1, 2, height_in=4.3)
-    image = np.asarray(picture.image, float)
+    image = np.asarray(pair.image, float)
     spread = 3.5 * float(np.nanstd(np.clip(image, *np.nanpercentile(image, (0.1, 99.9))))) or 1.0
-    shown = left.imshow(image, cmap=_GRAYS, vmin=-spread, vmax=spread, interpolation="nearest")
-    left.set(xticks=[], yticks=[])
-    left.grid(visible=False)
-    left.set_anchor("S")
-    left.set_title(f"Difference of two frames, {iso_title(picture.iso)}")
-    figure.colorbar(shown, ax=left, location="bottom", shrink=0.8, aspect=30, label="Difference [DN]")
-    for region, color in zip(picture.regions, _REGION_COLORS, strict=False):
-        left.add_patch(
-            Rectangle(
-                (region.x - 0.5, region.y - 0.5),
-                region.width,
-                region.height,
-                fill=False,
-                edgecolor=color,
-                linewidth=1.8,
-            )
-        )
+    shown = left.imshow(image, cmap=_GRAYS, vmin=-spread, vmax=spread)
+    left.anchor = "bottom"
+    left.set_title(f"Difference of two frames, {iso_title(pair.iso)}")
+    left.colorbar(shown, label="Difference [DN]")
+    for region, color in zip(pair.regions, _REGION_COLORS, strict=False):
+        left.rectangle(region.x - 0.5, region.y - 0.5, region.width, region.height, edgecolor=color, linewidth=1.8)
         share = region.counts / max(int(region.counts.sum()), 1)
         right.plot(
             *stepped(np.asarray(region.codes, float), share),
@@ -214,13 +200,13 @@ def difference(picture: DifferencePicture) -> Picture:
             linewidth=1.3,
             label=f"{region.name}: σ = {region.std_dn:.3g} DN",
         )
-    if picture.regions:
+    if pair.regions:
         log_axis(right, "y")
-        figure.legend(loc="outside lower right", ncols=2)
+        figure.legend(right.keys, loc="lower right", columns=2)
     right.set(xlabel="Difference [DN]", ylabel="Share of pixels")
     right.set_title("Histogram by region")
-    first, second = picture.frames
-    return pixel_picture(
+    first, second = pair.frames
+    return picture(
         figure,
         alt=f"Difference image of {first} and {second} with histograms of marked regions",
         caption=(
@@ -234,21 +220,19 @@ def difference(picture: DifferencePicture) -> Picture:
 def zooms(pictures: tuple[DarkZoom, ...]) -> Picture:
     """Draw magnified pieces of dark frames."""
     figure, panels = grid_of(len(pictures), panel_height_in=2.9, columns=3)
-    for axes, picture in zip(panels, pictures, strict=True):
-        image = np.asarray(picture.image, float)
+    for axes, zoom in zip(panels, pictures, strict=True):
+        image = np.asarray(zoom.image, float)
         limits = finite_range(image) or (0.0, 1.0)
         low, high = np.percentile(image[np.isfinite(image)], (0.5, 99.5)) if np.isfinite(image).any() else limits
-        shown = axes.imshow(image, cmap=_GRAYS, vmin=low, vmax=max(high, low + 1e-9), interpolation="nearest")
-        axes.set(xticks=[], yticks=[])
-        axes.grid(visible=False)
-        axes.set_title(iso_title(picture.iso))
-        figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8, aspect=24, label="Raw value above black [DN]")
-    return pixel_picture(
+        shown = axes.imshow(image, cmap=_GRAYS, vmin=low, vmax=max(high, low + 1e-9))
+        axes.set_title(iso_title(zoom.iso))
+        axes.colorbar(shown, label="Raw value above black [DN]")
+    return picture(
         figure,
         alt="Magnified pieces of dark frames, one per ISO",
         caption=(
             "Magnified: single bright points are hot pixels, lines fixed row or column patterns. "
-            + "; ".join(f"{iso_title(picture.iso)}: {picture.title}" for picture in pictures)
+            + "; ".join(f"{iso_title(zoom.iso)}: {zoom.title}" for zoom in pictures)
             + "."
         ),
     )
@@ -275,7 +259,7 @@ def frame_means(table: Table) -> Picture:
         axes.set(xlabel="Frame of the series", ylabel=f"Deviation from series mean [{unit}]")
         axes.locator_params(axis="x", nbins=8, integer=True)
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")])
-    return vector_picture(
+    return picture(
         figure,
         alt="Mean of each frame relative to the mean of its series, one panel per kind of frame",
         caption=(

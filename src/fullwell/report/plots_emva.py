@@ -6,20 +6,19 @@ returns it as SVG.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fullwell.raw.cfa import MONO
+from fullwell.report.canvas import color_of, log_axis, marker_of
 from fullwell.report.curves import Table
-from fullwell.report.plots import QUIET, color_of, log_axis, marker_of, svg_of
+from fullwell.report.drawing import Axes, Figure
+from fullwell.report.drawing.legend import Place
+from fullwell.report.drawing.style import QUIET
 
 Array: TypeAlias = NDArray[np.float64]
-
-Place: TypeAlias = Literal["best", "upper left", "upper right", "lower right"]
 
 LARGE: Final = (9.2, 5.0)
 """A graph of the detail pages [inch]."""
@@ -55,8 +54,8 @@ Draw: TypeAlias = Callable[[Table, Legend, tuple[float, float]], bytes]
 
 def panel(size: tuple[float, float]) -> tuple[Figure, Axes]:
     """Return a figure with one panel."""
-    figure = Figure(figsize=size)
-    return figure, figure.subplots()
+    figure = Figure(size)
+    return figure, figure.subplots()[0]
 
 
 def abscissa(table: Table) -> tuple[Array, str]:
@@ -72,13 +71,13 @@ def points(axes: Axes, x: Array, y: Array, channel: str, *, label: str = "", hol
     axes.plot(
         x,
         y,
-        linestyle="",
+        linestyle="none",
         marker=marker_of(channel),
         markersize=3.4,
         color=color_of(channel),
         fillstyle="none" if hollow else "full",
         markeredgewidth=0.8,
-        label=label or None,
+        label=label,
     )
 
 
@@ -93,10 +92,8 @@ def finish(figure: Figure, axes: Axes, *, x: str, y: str, title: str, place: Pla
     """Label the axes and return the drawing."""
     axes.set(xlabel=x, ylabel=y)
     axes.set_title(title)
-    handles, _ = axes.get_legend_handles_labels()
-    if handles:
-        axes.legend(loc=place, fontsize=7.5, handletextpad=0.5)
-    return svg_of(figure)
+    axes.legend(loc=place, size=7.5)
+    return figure.svg()
 
 
 def characteristic(table: Table, legend: Legend, size: tuple[float, float]) -> bytes:
@@ -149,7 +146,7 @@ def photon_transfer(table: Table, legend: Legend, size: tuple[float, float]) -> 
         axes.plot(x[inside], part.numbers("fitted")[inside], color=color_of(name), linewidth=1.2)
         _range_marks(axes, x, part.numbers("in_range"))
         full = part.numbers("saturation") > 0.0
-        axes.plot(x[full], y[full], linestyle="", marker="*", markersize=10.0, color=color_of(name))
+        axes.plot(x[full], y[full], linestyle="none", marker="*", markersize=10.0, color=color_of(name))
     _above_zero(axes, table.numbers("variance"))
     return finish(
         figure, axes, x=_SIGNAL, y="Variance − dark variance [DN²]", title="Photon transfer", place="upper left"
@@ -187,16 +184,7 @@ def snr(table: Table, legend: Legend, size: tuple[float, float], *, models: Tabl
     _snr_limits(axes, table, models)
     for name, words, at in legend.marks:
         axes.axvline(at, color=color_of(name), linestyle="--", linewidth=0.9)
-        axes.annotate(
-            words,
-            (at, 0.02),
-            xycoords=("data", "axes fraction"),
-            rotation=90.0,
-            fontsize=7.0,
-            ha="right",
-            va="bottom",
-            color=QUIET,
-        )
+        axes.text(at, 0.02, words, y_share=True, offset=(-2.0, 0.0), rotation=90.0, size=7.0, color=QUIET)
     log_axis(axes, "x")
     log_axis(axes, "y")
     return finish(figure, axes, x=label, y="SNR", title="Signal-to-noise ratio", place="upper left")
@@ -251,7 +239,7 @@ def deviation(table: Table, _legend: Legend, size: tuple[float, float]) -> bytes
         y, error = part.numbers("deviation"), part.numbers("deviation_std_error")
         points(axes, x[inside], y[inside], name, label=named(name))
         known = inside & np.isfinite(error)
-        axes.errorbar(x[known], y[known], yerr=error[known], fmt="none", ecolor=color_of(name), elinewidth=0.8)
+        axes.errorbar(x[known], y[known], yerr=error[known], linestyle="none", color=color_of(name), elinewidth=0.8)
     axes.axhline(0.0, color=QUIET, linestyle="--", linewidth=0.9)
     return finish(figure, axes, x=label, y="Deviation from linearity [%]", title="Deviation from linearity")
 

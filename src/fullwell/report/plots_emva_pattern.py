@@ -4,14 +4,21 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
 
+from fullwell.report.canvas import color_of, log_axis
 from fullwell.report.curves import Table
-from fullwell.report.plots import QUIET, color_of, log_axis
+from fullwell.report.drawing import Axes
+from fullwell.report.drawing.style import QUIET, LineStyle
 from fullwell.report.plots_emva import Legend, finish, named, panel
 
+_LEVELS: Final[tuple[tuple[str, LineStyle], ...]] = (("pattern", "-"), ("temporal", "--"))
 _PROFILE: Final = {"DSNU": "Dark value [DN]", "PRNU": "Bright less dark value [DN]"}
-_LINES: Final = (("middle", "-", 0.7), ("mean", "-", 1.5), ("maximum", ":", 0.9), ("minimum", ":", 0.9))
+_LINES: Final[tuple[tuple[str, LineStyle, float], ...]] = (
+    ("middle", "-", 0.7),
+    ("mean", "-", 1.5),
+    ("maximum", ":", 0.9),
+    ("minimum", ":", 0.9),
+)
 
 
 def _spectrogram(table: Table, _legend: Legend, size: tuple[float, float], *, which: str, direction: str) -> bytes:
@@ -21,10 +28,11 @@ def _spectrogram(table: Table, _legend: Legend, size: tuple[float, float], *, wh
         name, color = str(channel), color_of(str(channel))
         x, y = part.numbers("frequency"), part.numbers("amplitude")
         axes.plot(x[x > 0.0], y[x > 0.0], color=color, linewidth=0.6, alpha=0.85, label=named(name))
-        for column, words, style in (("pattern", which, "-"), ("temporal", "temporal noise of one frame", "--")):
+        for column, style in _LEVELS:
             level = part.numbers(column)
             if np.isfinite(level).any():
                 value = float(level[np.isfinite(level)][0])
+                words = which if column == "pattern" else "temporal noise of one frame"
                 label = named(name, f"{words} {value:.3g} {unit}")
                 axes.axhline(value, color=color, linewidth=1.0, linestyle=style, label=label)
     axes.set_xlim(0.0, 0.5)
@@ -56,7 +64,7 @@ def _profile(table: Table, _legend: Legend, size: tuple[float, float], *, which:
     if along_row:
         axes.set(xlim=ends, ylim=limits)
     else:
-        axes.set(xlim=limits, ylim=ends[::-1])
+        axes.set(xlim=limits, ylim=(ends[1], ends[0]))
     x, y = (index, value) if along_row else (value, index)
     return finish(figure, axes, x=x, y=y, title=f"Profile {which}, {direction}", place="lower right")
 
@@ -93,7 +101,7 @@ def _accumulated(table: Table, _legend: Legend, size: tuple[float, float], *, wh
         x = part.numbers("deviation")
         axes.plot(x[y > 0.0], y[y > 0.0], color=color_of(str(channel)), linewidth=1.2, label=named(channel))
     axes.axhline(100.0, color=QUIET, linewidth=0.7, linestyle=":")
-    axes.set_xlim(left=0.0)
+    axes.set_xlim(0.0)
     log_axis(axes, "y")
     x_label, title = "Absolute deviation from the mean [DN]", f"Accumulated histogram {which}"
     return finish(figure, axes, x=x_label, y="Pixels that deviate at least so much [%]", title=title)

@@ -4,12 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from fullwell.figures.results import Row
 from fullwell.raw.cfa import channel_rank
-from fullwell.report.numbers import show_unit
-from fullwell.report.plots import (
+from fullwell.report.canvas import (
     Picture,
     beside,
     channel_legend,
@@ -18,8 +16,10 @@ from fullwell.report.plots import (
     iso_axis,
     log_axis,
     marker_of,
-    vector_picture,
+    picture,
 )
+from fullwell.report.drawing import Axes
+from fullwell.report.numbers import show_unit
 from fullwell.units import DECIBEL, STOP
 
 Panels: TypeAlias = Mapping[tuple[str, str], Sequence[Row]]
@@ -37,7 +37,7 @@ def against_iso(panels: Panels, *, alt: str, caption: str) -> Picture:
         iso_axis(one, [row.iso for row in rows if row.iso is not None], label_share=0.11)
         channels |= {row.channel for row in rows}
     channel_legend(figure, channels)
-    return vector_picture(figure, alt=alt, caption=caption)
+    return picture(figure, alt=alt, caption=caption)
 
 
 def _wrapped(title: str, longest: int = 30) -> str:

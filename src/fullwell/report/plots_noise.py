@@ -5,9 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fullwell.report.curves import Table, Value
-from fullwell.report.plots import (
-    QUIET,
+from fullwell.report.canvas import (
     Picture,
     canvas,
     channel_legend,
@@ -15,12 +13,17 @@ from fullwell.report.plots import (
     grid_of,
     iso_axis,
     iso_title,
-    key,
     marker_of,
-    vector_picture,
+    picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import key
+from fullwell.report.drawing.style import QUIET, Marker
 
-_FLOWS: Final = (("flow1", "flow 1: differences", "#b45309", "o"), ("flow2", "flow 2: minus the mean", "#1d4ed8", "D"))
+_FLOWS: Final[tuple[tuple[str, str, str, Marker], ...]] = (
+    ("flow1", "flow 1: differences", "#b45309", "o"),
+    ("flow2", "flow 2: minus the mean", "#1d4ed8", "D"),
+)
 
 
 def published_flows(table: Table) -> Picture:
@@ -31,23 +34,16 @@ def published_flows(table: Table) -> Picture:
         iso = points.numbers("iso") * 1.02 ** (index - (len(groups) - 1) / 2.0)
         flows = [points.numbers(name) for name, *_ in _FLOWS]
         for (_, label, color, marker), values in zip(_FLOWS, flows, strict=True):
-            name = label if index == 0 else None
-            left.plot(iso, values, linestyle="", marker=marker, color=color, markerfacecolor="none", label=name)
+            name = label if index == 0 else ""
+            left.plot(iso, values, linestyle="none", marker=marker, color=color, markerfacecolor="none", label=name)
         ratio = np.divide(*flows, out=np.full_like(iso, np.nan), where=flows[1] > 0.0)
-        right.plot(iso, ratio, linestyle="", marker="o", color=QUIET, markerfacecolor="none")
+        right.plot(iso, ratio, linestyle="none", marker="o", color=QUIET, markerfacecolor="none")
     count = len(groups)
     if count > 1:
         expected = float(np.sqrt(count / (count - 1)))
         right.axhline(expected, color=QUIET, linewidth=1.0)
-        right.annotate(
-            f"√({count}/{count - 1}) = {expected:.4f}",
-            (0.98, expected),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            xytext=(0, 3),
-            ha="right",
-            color=QUIET,
-        )
+        words = f"√({count}/{count - 1}) = {expected:.4f}"
+        right.text(0.98, expected, words, x_share=True, offset=(0.0, 3.0), ha="right", color=QUIET)
     left.set(ylabel="Read noise [DN]", title="Published flows, each repeat")
     left.set_ylim(0.0, 1.08 * left.get_ylim()[1])
     right.set(ylabel="Flow 1 / flow 2", title="Their ratio")
@@ -56,7 +52,7 @@ def published_flows(table: Table) -> Picture:
     for axes in (left, right):
         iso_axis(axes, table.numbers("iso"), label_share=0.07)
     left.legend(loc="upper left")
-    return vector_picture(
+    return picture(
         figure,
         alt="Read noise by the two published flows, every repeat against ISO, and the ratio of the flows",
         caption=(
@@ -91,7 +87,7 @@ def noise_regions(table: Table, p_values: Mapping[Value, float]) -> Picture:
                 place,
                 points.numbers("read_noise")[order],
                 yerr=np.nan_to_num(points.numbers("std_error")[order]),
-                linestyle="",
+                linestyle="none",
                 marker=marker_of(str(channel)),
                 markersize=3.0,
                 color=color_of(str(channel)),
@@ -105,7 +101,7 @@ def noise_regions(table: Table, p_values: Mapping[Value, float]) -> Picture:
     for axes in panels:
         axes.set_xticks([place for place in (1, 4, 8, 12, 16) if place <= most] if most == 16 else range(1, most + 1))
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], [key("one standard error")])
-    return vector_picture(
+    return picture(
         figure,
         alt="Read noise in every region of the frame, a panel per ISO, with the probability that all are equal",
         caption=(

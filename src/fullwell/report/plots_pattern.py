@@ -5,17 +5,11 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from fullwell.figures.results import Row
 from fullwell.raw.cfa import channel_rank
-from fullwell.report.curves import Table, Value
-from fullwell.report.numbers import show_iso, show_unit
-from fullwell.report.pictures import ResponsePicture
-from fullwell.report.plots import (
-    INK,
-    QUIET,
+from fullwell.report.canvas import (
     Picture,
     beside,
     channel_legend,
@@ -23,13 +17,15 @@ from fullwell.report.plots import (
     grid_of,
     iso_axis,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    pixel_picture,
-    sheet,
-    vector_picture,
+    picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import INK, QUIET, Marker
+from fullwell.report.numbers import show_iso, show_unit
+from fullwell.report.pictures import ResponsePicture
 from fullwell.report.plots_surface import Surface, draw_surfaces, space
 
 _FEW_DECADES: Final = 8.0
@@ -53,7 +49,11 @@ def by_channel(best: Sequence[Row], whole: Sequence[Row], tiles: Sequence[Row]) 
     channels = sorted({row.channel for row in (*best, *whole, *tiles)}, key=channel_rank)
     figure, panels = grid_of(len(isos), panel_height_in=2.4)
     places = {channel: float(index) for index, channel in enumerate(channels)}
-    kinds = ((best, "o", -0.2), (whole, "s", 0.05), (tiles, "D", 0.25))
+    kinds: tuple[tuple[Sequence[Row], Marker, float], ...] = (
+        (best, "o", -0.2),
+        (whole, "s", 0.05),
+        (tiles, "D", 0.25),
+    )
     for axes, iso in zip(panels, isos, strict=True):
         for rows, marker, aside in kinds:
             mine = [row for row in rows if row.iso == iso]
@@ -70,8 +70,8 @@ def by_channel(best: Sequence[Row], whole: Sequence[Row], tiles: Sequence[Row]) 
         key("published, whole crop", linestyle="none", marker="s"),
         key("published, tiles", linestyle="none", marker="D"),
     ]
-    figure.legend(handles=extra, loc="outside upper right", ncols=3)
-    return vector_picture(
+    figure.legend(extra)
+    return picture(
         figure,
         alt="PRNU per channel: recommended, and published with and without tiles, one panel per ISO",
         caption=(
@@ -117,7 +117,7 @@ def against_iso(best: Mapping[tuple[str, str], Sequence[Row]], published: Sequen
         _positive_axis(axes, [row.measured.value for row in (*rows, *old)])
     extra = [key("recommended", marker="o"), key("published", linestyle=":", marker="o")] if published else []
     channel_legend(figure, channels, extra)
-    return vector_picture(
+    return picture(
         figure,
         alt="PRNU and DSNU against ISO, recommended and as published",
         caption=(
@@ -145,9 +145,7 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
     """
     groups = list(table.split("channel"))
     old = dict(published.split("channel")) if published is not None else {}
-    figure = sheet(2.7)
-    grid = figure.add_gridspec(1, max(len(groups), 2), left=0.055, right=0.995, top=0.83, bottom=0.17, wspace=0.2)
-    panels = [figure.add_subplot(grid[0, index]) for index in range(len(groups))]
+    figure, panels = grid_of(len(groups), panel_height_in=2.35, columns=max(len(groups), 2))
     for axes, (name, points) in zip(panels, groups, strict=True):
         channel = str(name)
         tile = np.arange(1, len(points) + 1)
@@ -157,19 +155,24 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
             tile,
             points.numbers("prnu"),
             yerr=np.nan_to_num(points.numbers("std_error")),
-            linestyle="",
+            linestyle="none",
             marker=marker_of(channel),
             color=color_of(channel),
             elinewidth=1.0,
         )
         legacy = _published_tiles(old, channel)
         axes.plot(
-            np.arange(1, len(legacy) + 1) + 0.25, legacy, linestyle="", marker="D", color=QUIET, markerfacecolor="none"
+            np.arange(1, len(legacy) + 1) + 0.25,
+            legacy,
+            linestyle="none",
+            marker="D",
+            color=QUIET,
+            markerfacecolor="none",
         )
         axes.set_title(channel, color=color_of(channel))
         axes.set_xlabel("Tile")
         axes.locator_params(axis="y", nbins=5)
-        axes.set_xticks([1, 4, 8, 12, 16] if len(tile) == 16 else tile)
+        axes.set_xticks([1, 4, 8, 12, 16] if len(tile) == 16 else tile.tolist())
     top = 1.08 * max(axes.get_ylim()[1] for axes in panels)
     for axes in panels:
         axes.set_ylim(0.0, top)
@@ -179,8 +182,8 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
         key("whole plane"),
         key("published", color=QUIET, linestyle="none", marker="D"),
     ]
-    figure.legend(handles=extra, loc="upper right", ncols=3)
-    return vector_picture(
+    figure.legend(extra)
+    return picture(
         figure,
         alt=f"PRNU of every tile at {iso_title(_known(iso))}, a panel per channel, the whole plane as a line",
         caption=(
@@ -193,23 +196,16 @@ def per_tile(table: Table, published: Table | None, pooled: Mapping[str, Row], i
 
 def responses(pictures: Sequence[ResponsePicture]) -> Picture:
     """Draw the slopes of pixels as surfaces: the megapixel crop, and a tile of it."""
-    columns = min(len(pictures), 2)
-    lines = -(-len(pictures) // columns)
-    height = 3.1 * lines + 0.1
-    figure = sheet(height)
-    grid = figure.add_gridspec(
-        lines, columns, left=0.06, right=0.94, top=1.0 - 0.42 / height, bottom=0.1 / height, wspace=0.1, hspace=0.2
-    )
-    for index, picture in enumerate(pictures):
-        image = np.asarray(picture.image, float)
+    figure, panels = grid_of(len(pictures), panel_height_in=3.1, columns=min(len(pictures), 2))
+    for axes, one in zip(panels, pictures, strict=True):
+        image = np.asarray(one.image, float)
         rows, across = (np.arange(size, dtype=float) for size in image.shape)
-        axes = space(figure, grid[index // columns, index % columns])
+        space(axes)
         draw_surfaces(axes, [Surface(rows=rows, columns=across, values=image)], most=_TILE_FACETS)
-        title = f"{picture.title[:1].upper()}{picture.title[1:]} [{show_unit(picture.unit)}]"
-        axes.set_title(textwrap.fill(title, _TITLE_WIDTH), loc="center", y=1.0)
-    return pixel_picture(
+        title = f"{one.title[:1].upper()}{one.title[1:]} [{show_unit(one.unit)}]"
+        axes.set_title(textwrap.fill(title, _TITLE_WIDTH), loc="center")
+    return picture(
         figure,
-        colors=256,
         alt="Slope of every pixel over exposure, as surfaces over the central megapixel and over one tile",
         caption=(
             f"Response of the pixels at {show_iso(pictures[0].iso)}: the slope of each over exposure. Over the crop "
@@ -226,13 +222,13 @@ def std_against_exposure(table: Table) -> Picture:
     for axes, (iso, points) in zip(panels, groups, strict=True):
         exposure = points.numbers("exposure_s")
         order = np.argsort(exposure)
-        axes.plot(exposure, points.numbers("std"), linestyle="", marker="o", color=INK, markerfacecolor="none")
+        axes.plot(exposure, points.numbers("std"), linestyle="none", marker="o", color=INK, markerfacecolor="none")
         axes.plot(exposure[order], points.numbers("fitted")[order], color=INK, linewidth=1.1)
         axes.set_title(iso_title(_known(iso)))
         axes.set(xlabel="Exposure time [s]", ylabel="Standard deviation [DN]")
         axes.set(xlim=(0.0, 1.05 * float(np.nanmax(exposure))), ylim=(0.0, None))
         axes.locator_params(axis="both", nbins=5)
-    return vector_picture(
+    return picture(
         figure,
         alt="Standard deviation of each lit frame against exposure with a straight line, as published",
         caption=(
@@ -247,7 +243,7 @@ def _level(axes: Axes, row: Row) -> None:
     """Draw a figure as a line and its 95 % interval as a band."""
     axes.axhline(row.measured.value, color=color_of(row.channel), linewidth=1.2)
     if row.measured.ci95:
-        axes.axhspan(*row.measured.ci95, color=color_of(row.channel), alpha=0.15, linewidth=0.0)
+        axes.axhspan(*row.measured.ci95, color=color_of(row.channel), alpha=0.15)
 
 
 def _published_tiles(published: Mapping[Value, Table], channel: str) -> NDArray[np.float64]:
@@ -256,14 +252,15 @@ def _published_tiles(published: Mapping[Value, Table], channel: str) -> NDArray[
     return np.empty(0) if theirs is None else theirs.numbers("prnu")
 
 
-def _points(axes: Axes, place: Sequence[float], rows: Sequence[Row], *, marker: str, filled: bool) -> None:
+def _points(axes: Axes, place: Sequence[float], rows: Sequence[Row], *, marker: Marker, filled: bool) -> None:
     """Draw figures at places along the abscissa in the colours of their channels, with their intervals."""
     colors = [color_of(row.channel) for row in rows]
     values = [row.measured.value for row in rows]
     ends = [row.measured.ci95 or (row.measured.value, row.measured.value) for row in rows]
     axes.vlines(place, [low for low, _ in ends], [high for _, high in ends], colors=colors, linewidth=1.2)
-    faces = colors if filled else "none"
-    axes.scatter(place, values, s=22.0, marker=marker, facecolors=faces, edgecolors=colors, linewidth=1.0, zorder=2.5)
+    for x, y, color in zip(place, values, colors, strict=True):
+        face = color if filled else "none"
+        axes.plot(x, y, linestyle="none", marker=marker, color=color, markerfacecolor=face, markersize=4.7, zorder=2.5)
 
 
 def _course(axes: Axes, rows: Sequence[Row], index: int, count: int) -> None:

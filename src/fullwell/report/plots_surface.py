@@ -8,23 +8,18 @@ Space is projected here and drawn on flat axes: some eighty surfaces of a report
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, cast
+from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, to_rgb
-from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from fullwell.report.plots import QUIET, color_of
+from fullwell.report.canvas import color_of
+from fullwell.report.drawing import DIVERGING, VIRIDIS, Axes, Colors, Shown, rgb, shades
+from fullwell.report.drawing.colors import hexadecimal
+from fullwell.report.drawing.style import QUIET, SPINE
+from fullwell.report.drawing.ticks import linear_ticks, minus
 
 MOST_FACETS: Final = 40
-DIVERGING: Final = "RdBu_r"
-HEIGHTS: Final = "viridis"
 _SMALL_PT: Final = 6.5
 
 _BOX: Final = np.array([4.0, 3.0, 2.3])
@@ -46,6 +41,8 @@ _PANES: Final = np.array(
     float,
 )
 """Floor, back and left wall, in shares of the box."""
+
+_WALLS: Final = ("#f4f5f6", "#f0f1f3", "#f8f9fa")
 
 _EDGES: Final = np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 0]], [[1, 1, 0], [1, 1, 1]]], float)
 """Where the three axes stand: column in front, row at the right, height at the right behind."""
@@ -72,28 +69,26 @@ class Surface:
     rows: NDArray[np.float64]
     columns: NDArray[np.float64]
     values: NDArray[np.float64]
-    colors: str | Colormap = HEIGHTS
+    colors: Colors = VIRIDIS
 
 
-def channel_colors(channel: str) -> Colormap:
+def channel_colors(channel: str) -> Colors:
     """Return a colour map from a dark to a light shade of the channel's own colour."""
-    full = np.array(to_rgb(color_of(channel)))
-    shades = [tuple(0.55 * full), tuple(full), tuple(full + 0.5 * (1.0 - full))]
-    return LinearSegmentedColormap.from_list(f"shades of {channel}", shades, N=64)
+    full = rgb(color_of(channel)).astype(float)
+    dark, light = (0.55 * full).astype(np.uint8), (full + 0.5 * (255.0 - full)).astype(np.uint8)
+    return shades(hexadecimal(dark.tolist()), color_of(channel), hexadecimal(light.tolist()), count=64)
 
 
-def space(figure: Figure, place: SubplotSpec) -> Axes:
-    """Return axes to draw surfaces on."""
-    axes = figure.add_subplot(place)
+def space(axes: Axes) -> None:
+    """Make a panel one to draw surfaces on."""
     axes.set_axis_off()
-    axes.set_aspect("equal")
+    axes.equal = True
     axes.set(xlim=(-0.1, 5.6), ylim=(-1.15, 3.3))
-    return axes
 
 
 def draw_surfaces(
     axes: Axes, surfaces: Sequence[Surface], *, limits: tuple[float, float] | None = None, most: int = MOST_FACETS
-) -> PolyCollection:
+) -> None:
     """Draw surfaces in one space, those behind hidden by those in front; the first row of the plane at the back.
 
     Parameters
@@ -114,24 +109,26 @@ def draw_surfaces(
     origin = np.array([columns[0], rows[1], low])
     scale = _BOX / np.array([columns[1] - columns[0], rows[0] - rows[1], high - low])
     quads: list[NDArray[np.float64]] = []
-    colors: list[NDArray[np.float64]] = []
+    colors: list[NDArray[np.uint8]] = []
     for surface in surfaces:
         corners = _quads(surface, most)
-        share = Normalize(low, high)(corners[:, :, 2].mean(axis=1))
+        share = (corners[:, :, 2].mean(axis=1) - low) / (high - low)
         corners = (corners - origin) * scale
-        shade = ScalarMappable(cmap=surface.colors).get_cmap()(share)
-        colors.append(_lit(np.asarray(shade, float), corners))
+        colors.append(_lit(surface.colors.at(share), corners))
         quads.append(corners)
     _frame(axes, columns, rows, (low, high))
     points, distance = _projected(np.concatenate(quads))
     behind = np.argsort(-distance.mean(axis=1), kind="stable")
-    outlines = cast("Sequence[NDArray[np.float64]]", points[behind])
-    drawn = PolyCollection(outlines, facecolors=np.concatenate(colors)[behind], edgecolors="none", antialiaseds=False)
-    axes.add_collection(drawn, autolim=False)
-    return drawn
+    axes.facets(points[behind], np.concatenate(colors)[behind])
 
 
-def draw_map(axes: Axes, values: NDArray[np.float64], *, limit: float | None = None) -> ScalarMappable:
+def draw_map(
+    axes: Axes,
+    values: NDArray[np.float64],
+    *,
+    limit: float | None = None,
+    ends: tuple[float, float] | None = None,
+) -> Shown:
     """Draw a flat map: about zero in diverging colours where a limit is told, else from its lowest to its highest.
 
     Parameters
@@ -141,15 +138,14 @@ def draw_map(axes: Axes, values: NDArray[np.float64], *, limit: float | None = N
     values
         NaN stays empty, shape (V, H).
     limit
-        Value at both ends of the colours.
+        Magnitude at both ends of diverging colours.
+    ends
+        Values at the ends of the others.
 
     """
-    low, high = _limits([values]) if limit is None else (-limit, limit)
-    colors = HEIGHTS if limit is None else DIVERGING
-    shown = axes.imshow(values, cmap=colors, vmin=low, vmax=high, interpolation="nearest")
-    axes.set(xticks=[], yticks=[], facecolor="#d5dbe1")
-    axes.grid(visible=False)
-    return shown
+    low, high = ends or _limits([values]) if limit is None else (-limit, limit)
+    axes.paper = "#d5dbe1"
+    return axes.imshow(values, cmap=VIRIDIS if limit is None else DIVERGING, vmin=low, vmax=high)
 
 
 def symmetric_limit(*values: NDArray[np.float64], share: float = 99.5, least: float = 1e-9) -> float:
@@ -164,13 +160,6 @@ def _limits(values: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = float(every.min()), float(every.max())
     return (low, high) if high > low else (low - 0.5, high + 0.5)
-
-
-def _round_steps(low: float, high: float) -> list[float]:
-    """Return two to four round values between the ends: every tick in space costs time to draw."""
-    ticks = MaxNLocator(nbins=3, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
-    slack = 1e-9 * (high - low)
-    return [float(tick) for tick in ticks if low - slack <= tick <= high + slack]
 
 
 def _ends(positions: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
@@ -191,12 +180,12 @@ def _quads(surface: Surface, most: int) -> NDArray[np.float64]:
     return quads[np.isfinite(quads[:, :, 2]).all(axis=1)]
 
 
-def _lit(colors: NDArray[np.float64], quads: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the colours of facets under a lamp, so that slopes are seen, shape (facets, 4)."""
+def _lit(colors: NDArray[np.uint8], quads: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return the colours of facets under a lamp, so that slopes are seen, shape (facets, 3)."""
     normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     normal *= np.sign(normal[:, 2:]) / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     bright = 0.62 + 0.42 * np.clip(normal @ _LIGHT, 0.0, 1.0)
-    return np.clip(np.column_stack([colors[:, :3] * bright[:, None], colors[:, 3]]), 0.0, 1.0)
+    return np.clip(colors * bright[:, None], 0.0, 255.0).round().astype(np.uint8)
 
 
 def _projected(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -211,23 +200,32 @@ def _projected(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArra
 def _frame(axes: Axes, columns: tuple[float, float], rows: tuple[float, float], heights: tuple[float, float]) -> None:
     """Draw the walls, the three axes and their ticks behind everything."""
     walls, _ = _projected(_PANES * _BOX)
-    axes.add_collection(
-        PolyCollection(list(walls), facecolors=("#f4f5f6", "#f0f1f3", "#f8f9fa"), edgecolors="none"), autolim=False
-    )
+    for wall, color in zip(walls, _WALLS, strict=True):
+        axes.fill(wall[:, 0], wall[:, 1], color=color, zorder=0.0)
     lines, _ = _projected(_EDGES * _BOX)
-    segments = list(lines)
-    for (start, end), ends, outward in zip(lines, (columns, rows[::-1], heights), _OUTWARD, strict=True):
-        for tick in _round_steps(min(ends), max(ends)):
-            at = start + (end - start) * (tick - ends[0]) / (ends[1] - ends[0])
-            segments.append(np.array([at, at + 0.4 * np.array(outward)]))
-            x, y = at + np.array(outward)
-            axes.text(
-                x,
-                y,
-                f"{tick:g}",
-                size=_SMALL_PT,
-                color=QUIET,
-                ha="left" if outward[0] else "center",
-                va="top" if outward[1] else "center",
-            )
-    axes.add_collection(LineCollection(segments, colors="#b8c2cc", linewidths=0.7), autolim=False)
+    for (start, end), ends, outward in zip(lines, (columns, (rows[1], rows[0]), heights), _OUTWARD, strict=True):
+        _edge(axes, start, end, ends, np.array(outward))
+
+
+def _edge(
+    axes: Axes,
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    ends: tuple[float, float],
+    outward: NDArray[np.float64],
+) -> None:
+    """Draw an axis of the space with its ticks and their numbers."""
+    axes.plot(*np.stack([start, end], axis=1), color=SPINE, linewidth=0.7, zorder=0.5)
+    for tick in linear_ticks(min(ends), max(ends), most=3):
+        at = start + (end - start) * (tick - ends[0]) / (ends[1] - ends[0])
+        axes.plot(*np.stack([at, at + 0.4 * outward], axis=1), color=SPINE, linewidth=0.7, zorder=0.5)
+        x, y = (at + outward).tolist()
+        axes.text(
+            x,
+            y,
+            minus(f"{tick:g}"),
+            size=_SMALL_PT,
+            color=QUIET,
+            ha="left" if outward[0] else "center",
+            va="top" if outward[1] else "center",
+        )

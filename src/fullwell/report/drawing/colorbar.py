@@ -106,7 +106,7 @@ class Bar:
     def _colors(self, pen: Pen, box: Box) -> None:
         table = self.shown.colors.at(np.linspace(0.0, 1.0, _COLORS))
         indices = np.arange(_COLORS, dtype=np.uint8)
-        uri = palette_uri(indices[None, :] if self.level else indices[::-1, None], table, empty=_COLORS)
+        uri = palette_uri(indices[None, :] if self.level else indices[::-1, None], table, opacity=b"\xff" * _COLORS)
         pen.image(uri, box, crisp=True)
         pen.box(box, stroke=SPINE, width=0.6)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fullwell.report.drawing import markers
 from fullwell.report.drawing.colors import rgb
 from fullwell.report.drawing.geometry import Array, Box, View
-from fullwell.report.drawing.images import png_uri
+from fullwell.report.drawing.images import palette_uri
 from fullwell.report.drawing.look import Look
 from fullwell.report.drawing.pen import Pen
 
@@ -40,11 +40,10 @@ class Cloud:
         if not inside.any():
             return
         opacity = _opacity(x[inside], y[inside], (height, width), _mask(self.look), self.look.alpha)
-        image = np.empty((height, width, 4), np.uint8)
-        image[..., :3] = rgb(self.look.color)
-        image[..., 3] = np.round(255.0 * opacity)
+        levels = np.round(255.0 * opacity).astype(np.uint8)
+        uri = palette_uri(levels, np.tile(rgb(self.look.color), (256, 1)), opacity=bytes(range(256)))
         covered = Box(left=box.left, top=box.top, width=width / _PER_POINT, height=height / _PER_POINT)
-        pen.image(png_uri(image), covered, crisp=False)
+        pen.image(uri, covered, crisp=False)
 
     def covered(self, view: View) -> Array:
         """Return the points."""

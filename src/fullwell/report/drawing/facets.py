@@ -7,13 +7,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.raw.png_writing import flat_png
 from fullwell.report.drawing.geometry import Array, Box, View
-from fullwell.report.drawing.images import palette_uri
+from fullwell.report.drawing.images import data_uri
 from fullwell.report.drawing.pen import Pen
 
-_PER_POINT: Final = 3.0
+_PER_POINT: Final = 2.0
 """Pixels of a point of length."""
-_MOST_COLORS: Final = 255
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,14 +43,14 @@ class Facets:
             return
         left, top = math.floor(x.min()), math.floor(y.min())
         width, height = math.ceil(x.max() + 1.0) - left, math.ceil(y.max() + 1.0) - top
-        indices, palette = _palette(self.colors)
-        painted = Image.new("L", (math.ceil(width * _PER_POINT), math.ceil(height * _PER_POINT)), _MOST_COLORS)
+        size = (math.ceil(width * _PER_POINT), math.ceil(height * _PER_POINT))
+        painted = Image.new("RGBA", size, (0, 0, 0, 0))
         brush = ImageDraw.Draw(painted)
         flat = np.stack([(x - left) * _PER_POINT, (y - top) * _PER_POINT], axis=-1).reshape(-1, 8)
-        for outline, color in zip(flat.tolist(), indices.tolist(), strict=True):
-            brush.polygon(outline, fill=color)
-        covered = Box(left=left, top=top, width=painted.width / _PER_POINT, height=painted.height / _PER_POINT)
-        pen.image(palette_uri(np.asarray(painted), palette, empty=_MOST_COLORS), covered, crisp=False)
+        for outline, color in zip(flat.tolist(), self.colors.tolist(), strict=True):
+            brush.polygon(outline, fill=(*color, 255))
+        covered = Box(left=left, top=top, width=size[0] / _PER_POINT, height=size[1] / _PER_POINT)
+        pen.image(data_uri(flat_png(np.asarray(painted))), covered, crisp=False)
 
     def covered(self, view: View) -> Array:
         """Return the corners."""
@@ -59,14 +59,3 @@ class Facets:
 
     def _places(self, view: View) -> tuple[Array, Array]:
         return view.across(self.corners[..., 0]), view.down(self.corners[..., 1])
-
-
-def _palette(colors: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return the index of every colour in a palette of few, and the palette."""
-    from PIL import Image  # noqa: PLC0415 - as above
-
-    few = Image.fromarray(colors[None]).quantize(_MOST_COLORS, dither=Image.Dither.NONE)
-    palette = np.zeros((_MOST_COLORS + 1, 3), np.uint8)
-    known = np.array(few.getpalette() or [], np.uint8).reshape(-1, 3)[:_MOST_COLORS]
-    palette[: len(known)] = known
-    return np.asarray(few)[0], palette

@@ -19,7 +19,7 @@ from fullwell.report.drawing.text import CAPITAL, height
 _INCH: Final = 72.0
 _EDGE: Final = 3.0
 """Left empty around everything [point]."""
-_BETWEEN: Final = 11.0
+_BETWEEN: Final = 13.0
 """Between what stands around neighbouring panels [point]."""
 _TURNS: Final = 3
 """Ticks depend on the size of a panel and it on what they need: this often both are reckoned."""
@@ -68,6 +68,10 @@ class Grid:
         axes = Axes()
         self.cells.append(Cell(axes=axes, row=row, column=column, rows=rows, columns=columns))
         return axes
+
+    def lines(self) -> list[list[Axes]]:
+        """Return a new panel for every cell, row by row."""
+        return [[self.axes(row, column) for column in range(self.columns)] for row in range(self.rows)]
 
     def placed(self, whole: Box) -> list[tuple[Axes, Box]]:
         """Return the panels with their boxes: ticks and boxes are reckoned in turns until both agree."""
@@ -159,7 +163,7 @@ class Figure:
 
         """
         grid = self.grid(rows, columns, heights=heights, widths=widths, part=part)
-        return [grid.axes(row, column) for row in range(rows) for column in range(columns)]
+        return [axes for line in grid.lines() for axes in line]
 
     def grid(
         self,

@@ -70,8 +70,7 @@ def draw_panel(pen: Pen, axes: Axes, place: Box) -> None:
         pen.box(box, fill=axes.paper)
     marks = sorted(axes.marks, key=lambda mark: mark.zorder)
     _draw_clipped(pen, view, [mark for mark in marks if mark.zorder < 0.0])
-    if axes.framed:
-        _draw_axes(pen, axes, view)
+    _draw_axes(pen, axes, view) if axes.framed else _draw_labels(pen, axes, box, (_EMPTY, _EMPTY))
     _draw_clipped(pen, view, [mark for mark in marks if mark.zorder >= 0.0])
     _draw_heading(pen, axes, box)
     if axes.bar:

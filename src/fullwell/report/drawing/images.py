@@ -19,16 +19,21 @@ _KNOWN: Final = 254
 """Last index of the colours of a palette; the one behind stands for what is unknown."""
 
 
+def data_uri(png: bytes) -> str:
+    """Return a PNG as a data URI."""
+    return f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
+
+
 def png_uri(image: NDArray[np.uint8]) -> str:
-    """Return colours, shape (V, H, 3), with opacity (V, H, 4), as the data URI of a PNG."""
+    """Return colours, shape (V, H, 3), as the data URI of a PNG."""
     from PIL import Image  # noqa: PLC0415 - loads where there are pictures
 
     packed = io.BytesIO()
     Image.fromarray(image).save(packed, format="PNG")
-    return _uri(packed)
+    return data_uri(packed.getvalue())
 
 
-def palette_uri(indices: NDArray[np.uint8], palette: NDArray[np.uint8], *, empty: int) -> str:
+def palette_uri(indices: NDArray[np.uint8], palette: NDArray[np.uint8], *, opacity: bytes) -> str:
     """Return indices into a palette as the data URI of a PNG.
 
     Parameters
@@ -37,18 +42,17 @@ def palette_uri(indices: NDArray[np.uint8], palette: NDArray[np.uint8], *, empty
         Shape (V, H).
     palette
         Shape (colours, 3).
-    empty
-        Index that shows nothing.
+    opacity
+        Of every colour, 0 to 255.
 
     """
     from PIL import Image  # noqa: PLC0415 - loads where there are pictures
 
     packed = io.BytesIO()
-    image = Image.fromarray(np.ascontiguousarray(indices)).convert("L")
-    image = Image.frombytes("P", image.size, image.tobytes())
+    image = Image.frombytes("P", indices.shape[::-1], np.ascontiguousarray(indices).tobytes())
     image.putpalette(palette.tobytes().ljust(_PALETTE, b"\0"))
-    image.save(packed, format="PNG", transparency=empty)
-    return _uri(packed)
+    image.save(packed, format="PNG", transparency=opacity)
+    return data_uri(packed.getvalue())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,8 +105,5 @@ class Shown:
         known = np.isfinite(share)
         indices = np.clip(np.where(known, share, 0.0) * count, 0, count - 1).astype(np.uint8)
         palette = self.colors.at(np.linspace(0.0, 1.0, count))
-        return palette_uri(np.where(known, indices, count).astype(np.uint8), palette, empty=count)
-
-
-def _uri(packed: io.BytesIO) -> str:
-    return f"data:image/png;base64,{base64.b64encode(packed.getvalue()).decode('ascii')}"
+        shown = np.where(known, indices, count).astype(np.uint8)
+        return palette_uri(shown, palette, opacity=b"\xff" * count + b"\0")

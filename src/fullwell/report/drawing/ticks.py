@@ -62,7 +62,7 @@ def linear_words(ticks: Sequence[float]) -> list[str]:
 def log_ticks(low: float, high: float, *, most: int) -> list[float]:
     """Return decades between positive ends; 1, 2 and 5 of each where they are few; round numbers where none are."""
     first, last = math.ceil(math.log10(low) - _SLACK), math.floor(math.log10(high) + _SLACK)
-    if high < _FEW_DECADES * low:
+    if high < _FEW_DECADES * low or last <= first:
         fine = [scale * 10.0**decade for decade in range(first - 1, last + 1) for scale in (1.0, 2.0, 5.0)]
         fine = [tick for tick in fine if low * (1.0 - _SLACK) <= tick <= high * (1.0 + _SLACK)]
         return fine if len(fine) > 1 else linear_ticks(low, high, most=3)

@@ -58,8 +58,8 @@ def decode_segments(
     return _assemble(layout, data, area, out=out)
 
 
-def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
-    """Return the mosaic as a view of the file, or None where it must be copied."""
+def rows_at(layout: Layout, area: Area) -> int | None:
+    """Return where the visible mosaic begins, if it lies in the file row after row as it is; else None [byte]."""
     whole = area == Area(0, 0, layout.height, layout.width)
     plain = layout.compression == Compression.NONE and layout.bits == 16 and not layout.table
     interleaved = layout.row_interleave > 1 or layout.column_interleave > 1
@@ -69,7 +69,13 @@ def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16
         return None
     strip_bytes = layout.row_bytes * layout.segment_height
     start = layout.offsets[0]
-    if any(offset != start + index * strip_bytes for index, offset in enumerate(layout.offsets)):
+    return start if all(offset == start + index * strip_bytes for index, offset in enumerate(layout.offsets)) else None
+
+
+def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
+    """Return the mosaic as a view of the file, or None where it must be copied."""
+    start = rows_at(layout, area)
+    if start is None:
         return None
     if len(data) < start + layout.row_bytes * layout.height:
         raise _truncated()

@@ -1,7 +1,7 @@
 """Everything that is summed up over the frames of a series, from one reading of each.
 
 To sum up something else: write an `Accumulator`, add it to `Accumulation`, and turn it into numbers in `finish`. Each
-row of tiles of a batch is handed to every accumulator while it is in the cache.
+strip of a batch is handed to every accumulator while it is in the cache.
 """
 
 from fullwell.statistics.batch import Accumulator, Batch
@@ -54,24 +54,13 @@ class Accumulation:
         self.pairs = None
         self.swept = None
 
-    def add(self, batch: Batch, *, first_band: int = 0) -> None:
-        """Add frames.
-
-        Parameters
-        ----------
-        batch
-            The frames.
-        first_band
-            Where to begin, modulo the number of bands: threads that begin apart do not wait for each other.
-
-        """
-        bands = self.layout.bands()
+    def add(self, batch: Batch) -> None:
+        """Add frames, strip by strip from the top: threads that add at once follow each other down."""
         additions = [accumulator.begin(batch) for accumulator in self._accumulators]
-        for step in range(len(bands)):
-            band = bands[(first_band + step) % len(bands)]
-            stack = batch.rows(band)
+        for strip in self.layout.strips():
+            stack = batch.rows(strip)
             for addition in additions:
-                addition.add(stack, band)
+                addition.add(stack, strip)
         for addition in additions:
             addition.commit()
 

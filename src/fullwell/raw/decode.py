@@ -114,8 +114,10 @@ def _fill(target: NDArray[np.uint16], layout: Layout, data: memoryview, segment:
         packed = np.frombuffer(stored, dtype=np.uint8)[row * layout.row_bytes :]
         unpack_rows(packed, target, bits=layout.bits, row_bytes=layout.row_bytes, first_column=column)
         return
-    block = _block(layout, stored, segment)
-    target[...] = block[row : row + rows, column : column + columns]
+    whole = target.flags.c_contiguous and target.shape == (layout.rows(segment), layout.segment_width)
+    block = _block(layout, stored, segment, out=target if whole else None)
+    if not np.may_share_memory(block, target):
+        target[...] = block[row : row + rows, column : column + columns]
 
 
 def _stored_bytes(layout: Layout, data: memoryview, segment: int) -> memoryview:
@@ -127,13 +129,13 @@ def _stored_bytes(layout: Layout, data: memoryview, segment: int) -> memoryview:
     return data[offset : offset + count].toreadonly()
 
 
-def _block(layout: Layout, stored: memoryview, segment: int) -> NDArray[np.integer]:
-    """Return a whole segment, shape (its rows, segment_width), any integer type."""
+def _block(layout: Layout, stored: memoryview, segment: int, *, out: NDArray[np.uint16] | None) -> NDArray[np.integer]:
+    """Return a whole segment, shape (its rows, segment_width), any integer type; perhaps in ``out``, of that shape."""
     shape = (layout.rows(segment), layout.segment_width)
     if layout.compression == Compression.JPEG:
         from fullwell.raw.lossless_jpeg import decode_lossless  # noqa: PLC0415 - loads the JIT when used
 
-        return _exactly(decode_lossless(stored, samples=shape[0] * shape[1]), shape)
+        return _exactly(decode_lossless(stored, samples=shape[0] * shape[1], out=out), shape)
     if layout.compression == Compression.NONE:
         return _words(layout, stored, shape)
     try:

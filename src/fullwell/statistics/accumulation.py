@@ -4,9 +4,12 @@ To sum up something else: write an `Accumulator`, add it to `Accumulation`, and 
 strip of a batch is handed to every accumulator while it is in the cache.
 """
 
+from collections.abc import Sequence
+
 from fullwell.statistics.batch import Accumulator, Batch
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
+from fullwell.statistics.first_look import FirstLook
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.pairs import PairStatistics, pairs_of
 from fullwell.statistics.series import SeriesStatistics
@@ -36,10 +39,11 @@ class Accumulation:
         self.bursts: tuple[BurstSums, ...] | None = None
         self.pairs: tuple[PairStatistics, ...] | None = None
         self.swept: Swept | None = None
+        self.look = FirstLook(height=layout.height, width=layout.width, cell=layout.cell)
 
     @property
     def _accumulators(self) -> tuple[Accumulator, ...]:
-        return (self.moments,)
+        return (self.moments, self.look)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -53,10 +57,16 @@ class Accumulation:
         self.bursts = None
         self.pairs = None
         self.swept = None
+        self.expect(())
+
+    def expect(self, names: Sequence[str]) -> None:
+        """Hear which frames are the first by name: they are looked at one by one, if they come together."""
+        self.look.expect(names[:LEGACY_FRAMES], products=self.unlit)
 
     def add(self, batch: Batch) -> None:
         """Add frames, strip by strip from the top: threads that add at once follow each other down."""
-        additions = [accumulator.begin(batch) for accumulator in self._accumulators]
+        begun = (accumulator.begin(batch) for accumulator in self._accumulators)
+        additions = [addition for addition in begun if addition is not None]
         for strip in self.layout.strips():
             stack = batch.rows(strip)
             for addition in additions:
@@ -92,6 +102,7 @@ class Accumulation:
         self.moments.merge(other.moments)
         self.bursts = self.bursts or other.bursts
         self.pairs = self.pairs or other.pairs
+        self.look.found = self.look.found or other.look.found
 
     def finish(self) -> SeriesStatistics:
         """Return the numbers of the series, which holds at least one frame."""

@@ -47,6 +47,6 @@ class Addition(Protocol):
 class Accumulator(Protocol):
     """Exact sums over the frames of a series, which threads add to side by side and which merge in any order."""
 
-    def begin(self, batch: Batch) -> Addition:
-        """Return what takes the rows of a batch."""
+    def begin(self, batch: Batch) -> Addition | None:
+        """Return what takes the rows of a batch, None where nobody wants them."""
         ...

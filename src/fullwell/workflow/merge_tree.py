@@ -35,6 +35,8 @@ class Part:
         Whether the series is of dark or bias frames.
     pairs
         Whether the first two frames of the series are looked at together.
+    names
+        Of all frames of the series.
     first, rest
         Which, by name: those that belong to the first burst, and others.
 
@@ -43,6 +45,7 @@ class Part:
     layout: Layout
     unlit: bool
     pairs: bool
+    names: tuple[str, ...]
     first: tuple[Frame, ...]
     rest: tuple[Frame, ...]
 
@@ -69,6 +72,7 @@ def parts_of(series: Series, layout: Layout, *, pairs: bool = False) -> list[Par
             layout=layout,
             unlit=series.kind in UNLIT,
             pairs=pairs,
+            names=tuple(frame.name for frame in frames),
             first=tuple(frames[:own]) if start == own else (),
             rest=tuple(frames[start : start + PART_FRAMES]),
         )
@@ -81,6 +85,7 @@ def sum_part(part: Part) -> Summed:
     record, slots = Record(), _slots(part.frames, part.layout, pairs=part.pairs)
     while True:
         sums = Accumulation(part.layout, unlit=part.unlit)
+        sums.expect(part.names)
         try:
             _add(part, sums, slots, record)
         except LostFrameError as lost:

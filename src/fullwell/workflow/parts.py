@@ -160,6 +160,7 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots)
         hashes=dict(sorted(record.hashes.items())),
         excluded=tuple(sorted(record.excluded, key=lambda one: one.name)),
         sums=sums.moments.maps.codes if names and sums.swept is None else None,
+        first=sums.look.found,
     )
 
 

@@ -142,7 +142,9 @@ class Schedule:
             spare = self._spare.pop() if self._spare else None
         if spare is not None:
             spare.clear(unlit=unlit)
-        opened.open(spare or Accumulation(layout, unlit=unlit))
+        sums = spare or Accumulation(layout, unlit=unlit)
+        sums.expect([frame.name for frame in in_order(opened.series)])
+        opened.open(sums)
 
     def close(self, opened: OpenSeries, *, again: bool = False) -> None:
         """Let a finished series go, so that the next may be opened; or the same once more, without its lost frames."""

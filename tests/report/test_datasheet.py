@@ -191,7 +191,7 @@ def test_the_same_results_give_the_same_bytes(campaign, sheet, pdf):
 def test_the_page_shows_the_same_chapter(campaign, sheet):
     section = emva_section(sheet)
     assert [part.title for part in section.parts[:3]] == ["Summary, ISO 100", "Summary, ISO 200", "General"]
-    page = report_html(campaign, None, datasheet=lambda: sheet)
+    page = report_html(campaign, None, datasheet=sheet)
     assert 'id="emva-1288"' in page
     assert "σ_y.dark" in page
     assert page.count("Spectrogram DSNU, horizontal, ISO 200") >= 1

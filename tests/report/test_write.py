@@ -1,6 +1,8 @@
 """The results folder appears whole or not at all, and never in the place of somebody else's files."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -119,3 +121,10 @@ def test_the_tables_are_the_same_bytes_twice(tmp_path, results):
         write_results(few, tmp_path / name)
     for file in ("results.json", "results.csv", "results.parquet", "report.html"):
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_nothing_that_draws_loads_with_the_measurement():
+    heavy = ("fullwell.report.drawing", "typst", "pydantic", "jinja2", "pyarrow", "scipy.optimize", "scipy.ndimage")
+    code = f"import sys, fullwell.workflow.characterize; print([name for name in {heavy!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

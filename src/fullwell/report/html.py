@@ -1,7 +1,7 @@
 """The report: one self-contained page, findings first, every figure explained."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -28,9 +28,7 @@ from fullwell.report.summary import summarize
 MOST_ROWS: Final = 4000
 
 
-def report_html(
-    results: Results, pictures: Pictures | None, *, datasheet: Callable[[], Datasheet | None] | None = None
-) -> str:
+def report_html(results: Results, pictures: Pictures | None, *, datasheet: Datasheet | None = None) -> str:
     """Return the report as one page that needs nothing from the network.
 
     Parameters
@@ -40,8 +38,7 @@ def report_html(
     pictures
         Arrays shown as pictures; None for a report without them.
     datasheet
-        Returns the EMVA 1288 datasheet, which becomes the first chapter; it is asked for once all else is drawn. None
-        where there is none.
+        The EMVA 1288 datasheet, which becomes the first chapter; None where there is none.
 
     """
     environment = jinja2.Environment(
@@ -56,7 +53,6 @@ def report_html(
     shown = _shown(results.rows)
     quotable = recommended(results.rows)
     sections = build_sections(results, pictures)
-    sheet = None if datasheet is None else datasheet()
     return environment.get_template("report.html").render(
         css=_verbatim(environment, "report.css"),
         script=_verbatim(environment, "report.js"),
@@ -68,7 +64,7 @@ def report_html(
         topics=_topics(results.findings),
         counts=[(severity.value, _count(results.findings, severity)) for severity in Severity],
         summary=summarize(quotable),
-        sections=(*(() if sheet is None else (emva_section(sheet),)), *sections),
+        sections=(*(() if datasheet is None else (emva_section(datasheet),)), *sections),
         published=published_beside(results.rows, chosen_models(results.curves, pictures.shading if pictures else ())),
         rows=[_row(row) for row in shown],
         rows_omitted=len(results.rows) - len(shown),

@@ -1,6 +1,7 @@
 """The results folder: written beside its target and renamed into place, or not at all."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
@@ -8,7 +9,7 @@ from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import holds_document, replaced_folder
 from fullwell.findings import listed
-from fullwell.report.datasheet.making import DatasheetMaker, datasheet_maker
+from fullwell.report.datasheet.contents import Datasheet
 from fullwell.report.document import DOCUMENT, EMVA_FOLDER, SCHEMA, results_json
 from fullwell.report.pictures import Pictures
 
@@ -94,30 +95,33 @@ def write_results(results: Results, out: Path, *, pictures: Pictures | None = No
         write_files(results, fresh, pictures=pictures)
 
 
-def write_files(
-    results: Results, folder: Path, *, pictures: Pictures | None = None, maker: DatasheetMaker | None = None
-) -> None:
+def write_files(results: Results, folder: Path, *, pictures: Pictures | None = None) -> None:
     """Write the files of `write_results` into a folder that is there already.
 
-    Results by a profile of EMVA 1288 get report.pdf, the datasheet, and emva1288.xml, a result file of the reference
-    package; ``maker`` is who makes the datasheet where this process shall not.
+    Results by a profile of EMVA 1288 get report.pdf, the datasheet, printed while the page is drawn, and emva1288.xml,
+    a result file of the reference package.
     """
-    if maker is None:
-        with datasheet_maker() as here:
-            write_files(results, folder, pictures=pictures, maker=here)
-        return
-    from fullwell.report.emva_xml import reference_files  # noqa: PLC0415 - all that draws loads when used
+    from fullwell.report.datasheet.build import build_datasheet  # noqa: PLC0415 - all that draws loads when used
     from fullwell.report.html import report_html  # noqa: PLC0415 - as above
     from fullwell.report.tables import rows_csv, write_parquet  # noqa: PLC0415 - as above
 
-    maker.begin(results)
-    (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
-    (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
-    write_parquet(results.rows, folder / "results.parquet")
-    page = report_html(results, pictures, datasheet=maker.datasheet)
-    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
-    if maker.datasheet() is not None:
-        (folder / "report.pdf").write_bytes(maker.pdf())
-        (folder / EMVA_FOLDER).mkdir()
-        for name, text in reference_files(results):
-            (folder / EMVA_FOLDER / name).write_text(text, encoding="utf-8", newline="\n")
+    datasheet = build_datasheet(results)
+    with ThreadPoolExecutor(1) as thread:
+        done = None if datasheet is None else thread.submit(_write_datasheet, datasheet, results, folder)
+        (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
+        (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
+        write_parquet(results.rows, folder / "results.parquet")
+        page = report_html(results, pictures, datasheet=datasheet)
+        (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+        if done is not None:
+            done.result()
+
+
+def _write_datasheet(datasheet: Datasheet, results: Results, folder: Path) -> None:
+    from fullwell.report.datasheet.pdf import datasheet_pdf  # noqa: PLC0415 - Typst loads for a datasheet alone
+    from fullwell.report.emva_xml import reference_files  # noqa: PLC0415 - as above
+
+    (folder / EMVA_FOLDER).mkdir()
+    for name, text in reference_files(results):
+        (folder / EMVA_FOLDER / name).write_text(text, encoding="utf-8", newline="\n")
+    (folder / "report.pdf").write_bytes(datasheet_pdf(datasheet))

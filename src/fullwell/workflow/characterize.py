@@ -14,7 +14,6 @@ from fullwell.findings import worst_first
 from fullwell.frames.series import MEASURED_KINDS, Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.cfa import cell
-from fullwell.report.datasheet.making import datasheet_maker
 from fullwell.report.pictures import Pictures
 from fullwell.report.write import check_target, write_files
 from fullwell.workflow.bit_depth import bit_depth_findings
@@ -81,8 +80,7 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     started = time.monotonic()
     study = _study_to_measure(path, options)
     cache = opened_cache(options, out=out)
-    apart = bool(options.profiles) and options.workers > 1
-    with replaced_folder(out) as folder, datasheet_maker(apart=apart) as maker:
+    with replaced_folder(out) as folder:
         with connected(options.dask, workers=options.workers) as cluster:
             measurement = _measure(
                 study, options=options, progress=progress, folder=folder, cache=cache, cluster=cluster
@@ -91,7 +89,7 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
             cache.sweep()
         run = run_facts(study=path, out=out, options=options, started=started, cache=cache)
         results = replace(measurement.results, run=run)
-        write_files(results, folder, pictures=measurement.pictures, maker=maker)
+        write_files(results, folder, pictures=measurement.pictures)
     return results
 
 

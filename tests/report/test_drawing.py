@@ -142,6 +142,19 @@ def test_pixels_of_an_image_are_the_colours_of_its_values():
     assert float(image.get("width")) == pytest.approx(3.0 * float(image.get("height")), rel=1e-3)
 
 
+@pytest.mark.parametrize(("interpolation", "kind"), [("nearest", "PNG"), ("smooth", "JPEG")])
+def test_colours_are_shown_as_they_are(interpolation, kind):
+    colors = np.full((8, 12, 3), (200, 90, 40), np.uint8)
+    colors[:, 6:] = (20, 160, 220)
+    figure = Figure((4.0, 3.0))
+    (axes,) = figure.subplots()
+    axes.imshow(colors, interpolation=interpolation)
+    (image,) = parsed(figure).iter(f"{SVG}image")
+    shown = decoded(image)
+    assert shown.format == kind
+    assert np.asarray(shown, float) == pytest.approx(colors.astype(float), abs=0.0 if kind == "PNG" else 12.0)
+
+
 def test_dense_points_hide_more_where_more_of_them_lie():
     figure = Figure((4.0, 3.0))
     (axes,) = figure.subplots()

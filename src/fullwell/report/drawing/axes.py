@@ -75,7 +75,7 @@ class Axes(Painting):
         extent
             Left, right, bottom and top of the image; pixels about whole numbers if not told.
         interpolation
-            Whether each pixel shall be seen.
+            Whether each pixel shall be seen; colours that need not be are kept as a photograph is, as JPEG.
 
         Returns
         -------

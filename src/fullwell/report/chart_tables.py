@@ -190,9 +190,9 @@ def capacity_table(rows: Sequence[Row]) -> tuple[WordTable, ...]:
 def coefficient_facts(rows: Sequence[Row], iso: float | None) -> tuple[tuple[str, str], ...]:
     """Return the figures to write beside the noise curve of one ISO."""
     wanted = (
-        ("k_dark", "1", "gamma-likelihood", "$k_{dark}$"),
-        ("k_shot", "1", "gamma-likelihood", "$k_{shot}$"),
-        ("k_fpn", "1", "gamma-likelihood", "$k_{fpn}$"),
+        ("k_dark", "1", "gamma-likelihood", "k_{dark}"),
+        ("k_shot", "1", "gamma-likelihood", "k_{shot}"),
+        ("k_fpn", "1", "gamma-likelihood", "k_{fpn}"),
         ("system_gain", "DN/e-", "photon-transfer", "system gain"),
         ("read_noise", ELECTRON, "noise-model", "read noise"),
         ("black_level", DN, "fused", "black level"),

@@ -13,10 +13,9 @@ from fullwell.figures.emva_against_chart import Line, Told
 from fullwell.figures.matching import Crossing, Match
 from fullwell.figures.results import Row
 from fullwell.figures.side_by_side import Comparison, Side, TenFigures
-from fullwell.report import plots_compare
 from fullwell.report.numbers import MISSING, show, show_exposure, show_iso, show_unit, show_value
 from fullwell.report.pivots import title_of, tooltip
-from fullwell.report.plots import Picture, style
+from fullwell.report.plots_compare import comparison_pictures
 from fullwell.units import DECIBEL, STOP
 
 MOST_LINES: Final = 3000
@@ -101,7 +100,7 @@ def comparison_html(comparison: Comparison) -> str:
         others=[side.label for side in comparison.sides[1:]],
         findings=comparison.findings,
         tens=[(ten, [_ten(line) for line in ten.lines], _heading(ten)) for ten in comparison.tens],
-        pictures=_pictures(comparison),
+        pictures=comparison_pictures(comparison),
         blocks=figure_blocks(whole[:MOST_LINES]),
         omitted=len(comparison.matches) - len(whole[:MOST_LINES]),
         crossings=[_crossing(one, comparison.sides) for one in comparison.crossings if _is_shown(one.rows[0])],
@@ -240,8 +239,3 @@ def _side(side: Side) -> dict[str, object]:
         "version": str(run.get("version") or MISSING),
         "rows": len(side.results.rows),
     }
-
-
-def _pictures(comparison: Comparison) -> tuple[Picture, ...]:
-    with style():
-        return plots_compare.comparison_pictures(comparison)

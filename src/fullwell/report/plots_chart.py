@@ -1,34 +1,20 @@
 """The two main pictures of a chart: noise, and signal-to-noise ratio, against the normalized signal."""
 
-import re
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from fullwell.report.canvas import WIDTH_IN, Picture, canvas, color_of, finite_range, picture
 from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, Figure
+from fullwell.report.drawing.style import INK, QUIET
 from fullwell.report.numbers import show_iso
 from fullwell.report.pictures import RenderedPoints
-from fullwell.report.plots import (
-    INK,
-    PIXELS,
-    QUIET,
-    Picture,
-    color_of,
-    finite_range,
-    key,
-    pixels_below,
-    sheet,
-    vector_picture,
-)
 from fullwell.report.plots_chart_model import (
     DARK,
     FIXED,
-    MODEL_GRAY,
     SHOT,
     NoiseCurve,
     Patches,
@@ -37,8 +23,10 @@ from fullwell.report.plots_chart_model import (
     common_lines,
     decibel,
     leading_curve,
+    model_key,
+    model_line,
     noise_curves,
-    normalized_axis,
+    normalized_axes,
     patches_of,
     scatter,
 )
@@ -47,10 +35,7 @@ _SIGNAL: Final = "Normalized signal above black  V = S / D"
 _ONE_CURVE: Final = "Noise depends on the raw value alone, so every colour lies on one curve. "
 _HEIGHT_IN: Final = 5.9
 _BROAD: Final = 5.5
-_FACT_LINE: Final = 13.5
-_FACT_LETTER: Final = 5.2
-_FACT_PAD: Final = 7.0
-"""Line, letter and margin of the box of facts [point]."""
+_DASHES: Final = (5.0, 2.5)
 
 Facts = Sequence[tuple[str, str]]
 """Names and values written into a picture."""
@@ -76,25 +61,24 @@ def noise_curve(points: Table, models: Table, iso: Value, *, facts: Facts, one_c
     if leading is None:
         return None
     every = patches_of(points, leading.digital_maximum)
-    figure, main, rest = _sheet_with_strip()
+    figure = Figure((WIDTH_IN, _HEIGHT_IN))
+    main, rest = figure.subplots(2, heights=(0.79, 0.21))
     span = _span(every, leading)
     noises = [one.noise[one.signal > span[0]] for one in every]
     grid = np.geomspace(*span, 241)
     limits = finite_range(*noises, leading.noise(grid), positive=True) or (1e-4, 1e-1)
     main.set(xlim=span, ylim=(limits[0] / 1.9, limits[1] * 2.4))
-    normalized_axis(main, "x")
-    normalized_axis(main, "y")
+    normalized_axes(main)
     for one in common_lines(curves):
-        main.plot(grid, one.noise(grid), color=MODEL_GRAY, linewidth=_BROAD, solid_capstyle="round", zorder=1.5)
+        model_line(main, grid, one.noise(grid), width=_BROAD)
     _noise_asymptotes(main, leading)
     for one in every:
         scatter(main, one, one.noise)
     main.set_ylabel("Normalized noise  σ / D")
     _strip(rest, main, every)
-    _write_facts(main, facts, corner=(0.014, 0.975))
+    main.facts(facts, corner=(0.014, 0.975))
     _legend(figure, every)
-    pixels_below(main)
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Photon transfer noise curve at {_named(iso)}: noise of every patch against its signal, with the model",
         caption=(
@@ -130,24 +114,22 @@ def snr_curve(
     if leading is None:
         return None
     every = patches_of(points, leading.digital_maximum)
-    figure = sheet(4.7)
-    axes = figure.add_axes((0.072, 0.105, 0.915, 0.8))
+    figure, (axes,) = canvas(1, 1, height_in=4.7)
     span = _span(every, leading, deep=False)
     grid = np.geomspace(*span, 241)
     axes.set(xlim=span, ylim=(-8.0, _highest_snr(every, leading, grid)))
-    normalized_axis(axes, "x")
+    axes.set_xscale("powers")
     for one in common_lines(curves):
-        axes.plot(grid, decibel(grid / one.noise(grid)), color=MODEL_GRAY, linewidth=_BROAD, zorder=1.5)
+        model_line(axes, grid, decibel(grid / one.noise(grid)), width=_BROAD)
     _snr_asymptotes(axes, leading)
     for one in every:
         scatter(axes, one, one.snr)
     axes.set_yticks(np.arange(0.0, axes.get_ylim()[1], 10.0))
     axes.set(xlabel=_SIGNAL, ylabel="Signal / noise [dB]")
     _range_arrow(axes, leading.detection, saturation, range_text)
-    _write_facts(axes, facts, corner=(0.955, 0.5), right=True)
+    axes.facts(facts, corner=(0.955, 0.5), right=True)
     _legend(figure, every)
-    pixels_below(axes)
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Signal-to-noise ratio in dB against signal at {_named(iso)}, with the model and its three asymptotes",
         caption=(
@@ -164,16 +146,15 @@ def jumbled(points: Table, models: Table, iso: Value, rendered: RenderedPoints) 
     leading = leading_curve(curves)
     if leading is None:
         return None
-    figure = sheet(3.7)
-    left, right = figure.add_axes((0.072, 0.14, 0.405, 0.69)), figure.add_axes((0.58, 0.14, 0.405, 0.69))
+    figure, (left, right) = canvas(1, 2, height_in=3.7)
     every = patches_of(points, leading.digital_maximum)
     span = _span(every, leading)
     grid = np.geomspace(*span, 121)
     for one in common_lines(curves):
-        left.plot(grid, one.noise(grid), color=MODEL_GRAY, linewidth=0.8 * _BROAD, zorder=1.5)
+        model_line(left, grid, one.noise(grid), width=0.8 * _BROAD)
     for one in every:
         scatter(left, one, one.noise, size=4.0)
-    left.set_xlim(span)
+    left.set(xlim=span)
     for index, channel in enumerate(rendered.channels):
         _rendered(right, channel, rendered.mean[index], rendered.noise[index])
     left.set_title("Raw file: one curve")
@@ -181,10 +162,9 @@ def jumbled(points: Table, models: Table, iso: Value, rendered: RenderedPoints) 
     left.set(xlabel=_SIGNAL, ylabel="Normalized noise  σ / D")
     right.set(xlabel="Pixel value / largest value", ylabel="Noise / largest value")
     for axes in (left, right):
-        normalized_axis(axes, "x")
-        normalized_axis(axes, "y")
-    figure.legend(handles=circle_keys(every), loc="upper right", ncols=8, handletextpad=0.2, columnspacing=1.2)
-    return vector_picture(
+        normalized_axes(axes)
+    figure.legend(circle_keys(every))
+    return picture(
         figure,
         alt=f"Noise against signal at {_named(iso)}: the raw file on one curve, {rendered.file} scattered",
         caption=(
@@ -201,17 +181,11 @@ def _rendered(axes: Axes, channel: str, mean: NDArray[np.float64], noise: NDArra
     order = shown[np.argsort(mean[shown])]
     color = color_of(channel)
     axes.plot(mean[order], noise[order], color=color, linewidth=0.7, alpha=0.45)
-    axes.plot(mean[order], noise[order], linestyle="", marker="o", color=color, markersize=4.0, alpha=0.85)
+    axes.plot(mean[order], noise[order], linestyle="none", marker="o", color=color, markersize=4.0, alpha=0.85)
 
 
 def _named(iso: Value) -> str:
     return show_iso(iso if isinstance(iso, (int, float)) else None)
-
-
-def _sheet_with_strip() -> tuple[Figure, Axes, Axes]:
-    figure = sheet(_HEIGHT_IN)
-    main = figure.add_axes((0.072, 0.305, 0.915, 0.625))
-    return figure, main, figure.add_axes((0.072, 0.085, 0.915, 0.17))
 
 
 def _span(every: Sequence[Patches], leading: NoiseCurve, *, deep: bool = True) -> tuple[float, float]:
@@ -233,16 +207,16 @@ def _highest_snr(every: Sequence[Patches], leading: NoiseCurve, grid: NDArray[np
 
 
 def _strip(axes: Axes, main: Axes, every: Sequence[Patches]) -> None:
-    axes.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
+    axes.axhspan(-2.0, 2.0, color="#eef2f5")
     axes.axhline(0.0, color=QUIET, linewidth=0.8)
     for one in every:
         scatter(axes, one, one.residual, size=3.4)
     largest = finite_range(*[np.abs(one.residual) for one in every])
     bound = max(4.4, 1.12 * largest[1]) if largest else 4.4
     axes.set(xlim=main.get_xlim(), ylim=(-bound, bound), xlabel=_SIGNAL, ylabel="Residual [σ]")
-    normalized_axis(axes, "x")
+    axes.set_xscale("powers")
     axes.locator_params(axis="y", nbins=5)
-    main.tick_params(labelbottom=False)
+    main.tick_params(axis="x", labels=False)
 
 
 def _noise_asymptotes(axes: Axes, model: NoiseCurve) -> None:
@@ -258,11 +232,10 @@ def _noise_asymptotes(axes: Axes, model: NoiseCurve) -> None:
         if not np.isfinite(factor):
             continue
         ends = np.array([low, high])
-        axes.plot(ends, factor * ends**power, color=color, linestyle=(0, (5, 2.5)), linewidth=1.1, zorder=2.5)
+        axes.plot(ends, factor * ends**power, color=color, linestyle=_DASHES, linewidth=1.1, zorder=2.5)
         at = _label_place(factor, power, (low, high), (bottom, top))
         if at is not None:
             along(axes, text, at, slope=power, color=color, below=power > 0.0)
-    axes.set(xlim=(low, high), ylim=(bottom, top))
 
 
 def _label_place(
@@ -277,9 +250,8 @@ def _label_place(
 
 
 def _snr_asymptotes(axes: Axes, model: NoiseCurve) -> None:
-    (low, high), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     dark, shot, fixed = model.coefficients
-    ends = np.array([low, high])
+    ends = np.array(axes.get_xlim())
     parts = (
         (dark, 1.0, DARK, "dark noise alone"),
         (shot, 0.5, SHOT, "shot noise alone"),
@@ -289,9 +261,8 @@ def _snr_asymptotes(axes: Axes, model: NoiseCurve) -> None:
         if not np.isfinite(factor):
             continue
         levels = 20.0 * np.log10(ends**power / factor)
-        axes.plot(ends, levels, color=color, linestyle=(0, (5, 2.5)), linewidth=1.1, zorder=2.5)
+        axes.plot(ends, levels, color=color, linestyle=_DASHES, linewidth=1.1, zorder=2.5)
         _name_snr_line(axes, text, float(levels[0]), 20.0 * power, color)
-    axes.set(xlim=(low, high), ylim=(bottom, top))
 
 
 def _name_snr_line(axes: Axes, text: str, first: float, slope: float, color: str) -> None:
@@ -312,83 +283,9 @@ def _range_arrow(axes: Axes, start: float, saturation: float | None, text: str) 
     axes.plot([saturation, saturation], [bottom, axes.get_ylim()[1]], color=QUIET, linestyle=":", linewidth=1.1)
     axes.plot([start, start], [bottom, 0.0], color=QUIET, linestyle=":", linewidth=1.1)
     level = 0.45 * bottom
-    axes.annotate(
-        "",
-        (start, level),
-        xytext=(saturation, level),
-        arrowprops={"arrowstyle": "<|-|>", "color": INK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0},
-    )
-    axes.text(
-        (start * saturation) ** 0.5,
-        level,
-        text,
-        ha="center",
-        va="center",
-        fontsize=8.5,
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 2.5},
-    )
-
-
-def _write_facts(axes: Axes, facts: Facts, *, corner: tuple[float, float], right: bool = False) -> None:
-    """Write names and values as two columns in a box.
-
-    Parameters
-    ----------
-    axes, facts
-        Where, and what; the place of the axes is set.
-    corner
-        Top left of the box as shares of the axes; top right with ``right``.
-
-    """
-    if not facts:
-        return
-    extent, scale = axes.get_window_extent(), 72.0 / axes.figure.dpi
-    wide, high = scale * extent.width, scale * extent.height
-    aside = (_FACT_PAD + _FACT_LETTER * max(len(_plain(name)) for name, _ in facts)) / wide
-    width = aside + (2.0 * _FACT_PAD + _FACT_LETTER * max(len(value) for _, value in facts)) / wide
-    height = (len(facts) * _FACT_LINE + _FACT_PAD) / high
-    left = corner[0] - width if right else corner[0]
-    axes.add_patch(
-        Rectangle(
-            (left, corner[1] - height),
-            width,
-            height,
-            transform=axes.transAxes,
-            facecolor="white",
-            edgecolor="#dfe4e9",
-            linewidth=0.8,
-            zorder=5.5,
-        )
-    )
-    for index, (name, value) in enumerate(facts):
-        level = corner[1] - (0.5 * _FACT_PAD + (index + 0.5) * _FACT_LINE) / high
-        for x, text, color in ((left + _FACT_PAD / wide, name, QUIET), (left + aside + _FACT_PAD / wide, value, INK)):
-            axes.text(
-                x,
-                level,
-                text,
-                color=color,
-                va="center_baseline",
-                fontsize=8.5,
-                transform=axes.transAxes,
-                zorder=6.0,
-            )
-
-
-def _plain(text: str) -> str:
-    """Return a text without what only sets it."""
-    return re.sub(r"[$_{}\\]", "", text)
+    axes.arrow((start, level), (saturation, level))
+    axes.text((start * saturation) ** 0.5, level, text, ha="center", va="center", size=8.5, on_paper=True)
 
 
 def _legend(figure: Figure, every: Sequence[Patches]) -> None:
-    keys = [*circle_keys(every), key("noise model", color=MODEL_GRAY)]
-    keys[-1].set_linewidth(0.8 * _BROAD)
-    keys[-1].set_solid_capstyle("butt")
-    figure.legend(
-        handles=keys,
-        loc="upper right",
-        bbox_to_anchor=(0.995, 1.0),
-        ncols=len(keys),
-        handletextpad=0.6,
-        columnspacing=1.3,
-    )
+    figure.legend([*circle_keys(every), model_key()])

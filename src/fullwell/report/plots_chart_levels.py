@@ -4,36 +4,35 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from fullwell.report.curves import Table, Value
-from fullwell.report.numbers import show_plain
-from fullwell.report.plots import (
-    PIXELS,
-    QUIET,
+from fullwell.report.canvas import (
     Picture,
     canvas,
     channel_legend,
     color_of,
     finite_range,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    vector_picture,
+    picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import QUIET
+from fullwell.report.numbers import show_plain
 from fullwell.report.plots_chart_model import (
     BRIGHTEST,
-    MODEL_GRAY,
     NoiseCurve,
     Patches,
     channel_circles,
     circle_keys,
     common_lines,
     leading_curve,
+    model_key,
+    model_line,
     noise_curves,
-    normalized_axis,
+    normalized_axes,
     patches_of,
     scatter,
 )
@@ -72,15 +71,12 @@ def clustering(points: Table, models: Table, iso: Value) -> Picture | None:
     limits = finite_range(*[one.noise[one.signal > 0.0] for one in every], positive=True) or (1e-4, 1e-1)
     for axes in panels:
         axes.set(xlim=(low / 1.5, 1.4), ylim=(limits[0] / 1.5, limits[1] * 1.6))
-        normalized_axis(axes, "x")
-        normalized_axis(axes, "y")
+        normalized_axes(axes)
     for axes in panels[1:]:
-        axes.tick_params(labelleft=False)
+        axes.tick_params(axis="y", labels=False)
     panels[0].set_ylabel("Normalized noise")
-    model = key("noise model", color=MODEL_GRAY)
-    model.set_linewidth(4.0)
-    figure.legend(handles=[*circle_keys(every), model], loc="outside upper right", ncols=8, columnspacing=1.3)
-    return vector_picture(
+    figure.legend([*circle_keys(every), model_key()])
+    return picture(
         figure,
         alt=f"Noise curve at {iso_title(_known(iso))} with no, part and all of the black level taken off",
         caption=(
@@ -96,7 +92,7 @@ def _shifted(axes: Axes, every: tuple[Patches, ...], lines: tuple[NoiseCurve, ..
     """Draw one panel: signals with ``left`` of the normalized black level in them."""
     grid = np.geomspace(low, 1.2, 161)
     for line in lines:
-        axes.plot(grid + left, line.noise(grid), color=MODEL_GRAY, linewidth=4.0, zorder=1.5)
+        model_line(axes, grid + left, line.noise(grid), width=4.0)
     for one in every:
         moved = Patches(
             channel=one.channel,
@@ -147,7 +143,7 @@ def tonal_response(table: Table, blacks: Mapping[str, float], iso: Value) -> Pic
     lowest = finite_range(table.numbers("log_pixel"), table.numbers("log_signal")) or (-1.0, 0.0)
     for axes in (left, right):
         axes.set_ylim(lowest[0] - 0.15, 0.25)
-        axes.set_ylabel("$\\log_{10}$ (pixel value / white level)")
+        axes.set_ylabel("log_{10} (pixel value / white level)")
         _proportional(axes, table, exposures)
     shared = {"all": blacks["all"]} if "all" in blacks else blacks
     named = ", ".join(sorted({f"{level:.5g} DN" for level in shared.values()}))
@@ -160,9 +156,9 @@ def tonal_response(table: Table, blacks: Mapping[str, float], iso: Value) -> Pic
     slope.set_ylabel("Slope")
     for axes in (left, right, slope):
         axes.locator_params(axis="x", nbins=6)
-        axes.set_xlabel("$\\log_{10}$ exposure  (−density)")
+        axes.set_xlabel("log_{10} exposure  (−density)")
     channel_legend(figure, channels, [key("proportional", color=QUIET, linestyle="--")])
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Tonal response at {iso_title(_known(iso))}: log pixel value against log exposure, with its slope",
         caption=(
@@ -196,9 +192,7 @@ def _proportional(axes: Axes, table: Table, exposures: tuple[float, float]) -> N
     light = np.isfinite(signal) & (exposure >= exposures[1] - _LIGHT * (exposures[1] - exposures[0]))
     height = float(np.median(signal[light] - exposure[light])) if light.any() else 0.0
     ends = np.array(exposures)
-    limits = axes.get_ylim()
     axes.plot(ends, ends + height, color=QUIET, linestyle="--", linewidth=0.9, zorder=1.0)
-    axes.set_ylim(limits)
 
 
 def proportional_exposures(table: Table, iso: Value) -> Picture | None:
@@ -225,7 +219,7 @@ def proportional_exposures(table: Table, iso: Value) -> Picture | None:
     bound = finite_range(np.abs(table.numbers("residual")))
     top = max(4.2, 1.1 * bound[1]) if bound else 4.2
     for axes, (_, part) in zip(panels, darker, strict=True):
-        axes.axhspan(-2.0, 2.0, color="#eef2f5", zorder=2.0 * PIXELS)
+        axes.axhspan(-2.0, 2.0, color="#eef2f5")
         axes.axhline(0.0, color=QUIET, linewidth=0.8)
         for channel, points in part.split("channel"):
             signal = np.array([brightest.get(_patch(one), np.nan) for one in _lines(points)])
@@ -233,7 +227,7 @@ def proportional_exposures(table: Table, iso: Value) -> Picture | None:
             axes.plot(
                 signal[shown],
                 points.numbers("residual")[shown],
-                linestyle="",
+                linestyle="none",
                 marker="o",
                 markersize=3.8,
                 color=color_of(str(channel)),
@@ -246,8 +240,8 @@ def proportional_exposures(table: Table, iso: Value) -> Picture | None:
         log_axis(axes, "x")
     panels[0].set_ylabel("Residual [σ]")
     keys = channel_circles(str(channel) for channel, _ in table.split("channel"))
-    figure.legend(handles=keys, loc="outside upper right", ncols=len(keys), columnspacing=1.3)
-    return vector_picture(
+    figure.legend(keys)
+    return picture(
         figure,
         alt=f"Residuals of the exposure bracket at {iso_title(_known(iso))}, a panel per darker exposure",
         caption=(

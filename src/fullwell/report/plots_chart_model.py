@@ -2,25 +2,25 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.text import Text
-from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
+from fullwell.report.canvas import color_of
 from fullwell.report.curves import Table
-from fullwell.report.plots import PIXELS, QUIET, color_of, key, log_axis
+from fullwell.report.drawing import Axes, Key, key
+from fullwell.report.drawing.style import QUIET, Marker
 
 MODEL_GRAY = "#c3cbd4"
 """The broad line of the model, which the patches lie on."""
 DARK, SHOT, FIXED = "#334155", "#b45309", "#7e22ce"
 """The three parts of the noise: none has the colour of a channel."""
 BRIGHTEST = 0.0
-_MANY = 1500
+_MANY: Final = 1500
 """Patches of one channel from which on they are drawn as pixels."""
+_ASIDE: Final = 3.5
+"""Between a line and its name [point]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,7 +146,7 @@ def decibel(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
 def scatter(axes: Axes, patches: Patches, values: NDArray[np.float64], *, size: float = 5.0) -> None:
     """Draw patches as circles: filled at the brightest exposure, hollow below, crosses where they took no part."""
     color = color_of(patches.channel)
-    kinds = (
+    kinds: tuple[tuple[NDArray[np.bool_], Marker, str, str, float], ...] = (
         (patches.used & patches.brightest, "o", color, color, 0.8),
         (patches.used & ~patches.brightest, "o", color, "white", 1.0),
         (~patches.used, "x", QUIET, QUIET, 1.0),
@@ -155,26 +155,38 @@ def scatter(axes: Axes, patches: Patches, values: NDArray[np.float64], *, size: 
         axes.plot(
             patches.signal[chosen],
             values[chosen],
-            linestyle="",
+            linestyle="none",
             marker=marker,
             color=edge,
             markerfacecolor=face,
             alpha=alpha,
             markersize=size,
-            markeredgewidth=1.0,
-            zorder=PIXELS if chosen.sum() > _MANY else 4.0,
+            zorder=4.0,
+            dense=bool(chosen.sum() > _MANY),
         )
 
 
-def channel_circles(channels: Iterable[str]) -> list[Line2D]:
+def model_line(axes: Axes, signal: NDArray[np.float64], values: NDArray[np.float64], *, width: float) -> None:
+    """Draw the broad line of a model, which the patches lie on."""
+    axes.plot(signal, values, color=MODEL_GRAY, linewidth=width, rounded=True, zorder=1.5)
+
+
+def channel_circles(channels: Iterable[str]) -> list[Key]:
     """Return the legend of channels that are drawn as circles."""
     return [
-        Line2D([], [], color=color_of(channel), marker="o", linestyle="", label=channel, alpha=0.85)
+        key(
+            channel,
+            color=color_of(channel),
+            marker="o",
+            markerfacecolor=color_of(channel),
+            linestyle="none",
+            alpha=0.85,
+        )
         for channel in channels
     ]
 
 
-def circle_keys(every: Sequence[Patches]) -> list[Line2D]:
+def circle_keys(every: Sequence[Patches]) -> list[Key]:
     """Return the legend of channels, exposures and patches that took no part."""
     keys = channel_circles(one.channel for one in every)
     if any((one.used & ~one.brightest).any() for one in every):
@@ -184,22 +196,19 @@ def circle_keys(every: Sequence[Patches]) -> list[Line2D]:
     return keys
 
 
-def normalized_axis(axes: Axes, which: Literal["x", "y"]) -> None:
-    """Make an axis of normalized values logarithmic: powers of ten alone, small ticks between them.
-
-    Call it when all is drawn and limits are set.
-    """
-    axis = axes.xaxis if which == "x" else axes.yaxis
-    log_axis(axes, which)
-    axis.set_major_locator(LogLocator(numticks=12))
-    axis.set_major_formatter(LogFormatterMathtext())
-    axis.set_minor_locator(LogLocator(subs=tuple(range(2, 10)), numticks=12))
-    axis.set_minor_formatter(NullFormatter())
-    axes.tick_params(axis=which, which="minor", length=2.0, color="#b8c2cc")
+def model_key() -> Key:
+    """Return the legend of the broad line of the model."""
+    return key("noise model", color=MODEL_GRAY, linewidth=4.0)
 
 
-def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color: str, below: bool = False) -> Text:
-    """Write along a straight line of an axes whose place and limits are set: beside the line, from a point of it on.
+def normalized_axes(axes: Axes) -> None:
+    """Make both axes of normalized values logarithmic: powers of ten alone, small ticks between them."""
+    axes.set_xscale("powers")
+    axes.set_yscale("powers")
+
+
+def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color: str, below: bool = False) -> None:
+    """Write along a straight line: beside it, from a point of it on.
 
     Parameters
     ----------
@@ -215,23 +224,13 @@ def along(axes: Axes, text: str, at: tuple[float, float], *, slope: float, color
         Whether to write below the line rather than above.
 
     """
-    width, height = axes.get_window_extent().size
-    across, up = (
-        np.ptp(np.log10(limits)) if scale == "log" else np.ptp(limits)
-        for limits, scale in ((axes.get_xlim(), axes.get_xscale()), (axes.get_ylim(), axes.get_yscale()))
-    )
-    angle = float(np.degrees(np.arctan2(slope * height / up, width / across)))
-    aside = -3.5 if below else 3.5
-    return axes.annotate(
+    axes.text(
+        *at,
         text,
-        at,
-        xytext=(-aside * np.sin(np.radians(angle)), aside * np.cos(np.radians(angle))),
-        textcoords="offset points",
-        rotation=angle,
-        rotation_mode="anchor",
+        slope=slope,
+        offset=(0.0, -_ASIDE if below else _ASIDE),
         va="top" if below else "bottom",
-        ha="left",
         color=color,
-        fontsize=8.0,
+        size=8.0,
         zorder=5.0,
     )

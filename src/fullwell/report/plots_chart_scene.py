@@ -3,16 +3,9 @@
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import Polygon, Rectangle
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from fullwell.report.curves import Table, Value
-from fullwell.report.numbers import show_iso
-from fullwell.report.pictures import ChartPicture
-from fullwell.report.plots import (
-    QUIET,
+from fullwell.report.canvas import (
     WIDTH_IN,
     Picture,
     canvas,
@@ -20,19 +13,21 @@ from fullwell.report.plots import (
     color_of,
     finite_range,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    pixel_picture,
-    sheet,
-    vector_picture,
+    picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, Figure, key
+from fullwell.report.drawing.style import QUIET
+from fullwell.report.numbers import show_iso
+from fullwell.report.pictures import ChartPicture
 from fullwell.report.plots_chart_model import BRIGHTEST, decibel
 
 _TALLEST_IN: Final = 7.5
 _OUTLINE: Final = "#ffe14d"
 _LEFT_OUT: Final = "#ff7a45"
-_HALO: Final = (withStroke(linewidth=2.4, foreground="#111827"),)
+_HALO: Final = "#111827"
 _LOWEST_DECIBEL: Final = -22.0
 """Below it a patch has no signal to speak of."""
 _LIGHT: Final = 235.0
@@ -41,70 +36,77 @@ _MOST_BRIGHTENED: Final = 3.0
 _SMALLEST_LETTERS: Final = 3.2
 
 
-def annotated_chart(picture: ChartPicture) -> Picture:
+def annotated_chart(chart: ChartPicture) -> Picture:
     """Draw the chart with the patches that were measured."""
-    height, width = picture.image.shape[:2]
+    height, width = chart.image.shape[:2]
     tall = min(WIDTH_IN * height / width, _TALLEST_IN)
-    figure = sheet(tall)
     across = tall * width / height / WIDTH_IN
+    figure = Figure((WIDTH_IN, tall))
     axes = figure.add_axes(((1.0 - across) / 2.0, 0.0, across, 1.0))
-    axes.imshow(_brightened(picture), extent=(0.0, width, height, 0.0), interpolation="antialiased", aspect="auto")
+    axes.imshow(_brightened(chart), extent=(0.0, width, height, 0.0), interpolation="smooth")
     axes.set_axis_off()
-    points_per_pixel = 72.0 * WIDTH_IN * across / width
-    for name, x, y, wide, high in picture.patches:
-        color = _LEFT_OUT if name in picture.left_out else _OUTLINE
-        axes.add_patch(
-            Rectangle((x, y), wide, high, fill=False, edgecolor=color, linewidth=1.1, path_effects=list(_HALO))
-        )
-        words = name.replace("-", " ").split() or [""]
-        longest = max(len(word) for word in words)
-        size = min(9.0, points_per_pixel * min(0.7 * high / len(words), 1.45 * wide / max(longest, 1)))
-        if size >= _SMALLEST_LETTERS:
-            axes.text(
-                x + 0.5 * wide,
-                y + 0.5 * high,
-                "\n".join(words),
-                color=color,
-                fontsize=size,
-                ha="center",
-                va="center",
-                path_effects=list(_HALO),
-                clip_on=True,
-            )
-    if picture.corners:
-        axes.add_patch(Polygon(picture.corners, fill=False, edgecolor="#ffffff", linestyle="--", linewidth=1.0))
-    axes.set(xlim=(0.0, width), ylim=(height, 0.0))
-    return pixel_picture(
+    for patch in chart.patches:
+        _outlined(axes, patch, left_out=patch[0] in chart.left_out, scale=72.0 * WIDTH_IN * across / width)
+    if chart.corners:
+        x, y = zip(*chart.corners, strict=True)
+        axes.fill(x, y, edgecolor="#ffffff", linestyle="--", zorder=2.0)
+    return picture(
         figure,
-        colors=256,
-        alt=f"The chart with its {len(picture.patches)} patches outlined, {picture.title}",
-        caption=_chart_caption(picture),
+        alt=f"The chart with its {len(chart.patches)} patches outlined, {chart.title}",
+        caption=_chart_caption(chart),
     )
 
 
-def _brightened(picture: ChartPicture) -> NDArray[np.uint8]:
+def _outlined(axes: Axes, patch: tuple[str, float, float, float, float], *, left_out: bool, scale: float) -> None:
+    """Draw a rectangle around a patch with its name inside, where that can be read.
+
+    Parameters
+    ----------
+    axes
+        Where.
+    patch
+        Name, left, top, width and height [pixel].
+    left_out
+        Whether it took no part.
+    scale
+        Points of a pixel.
+
+    """
+    name, x, y, wide, high = patch
+    color = _LEFT_OUT if left_out else _OUTLINE
+    axes.rectangle(x, y, wide, high, edgecolor=color, linewidth=1.1, halo=_HALO)
+    words = name.replace("-", " ").split() or [""]
+    longest = max(len(word) for word in words)
+    size = min(9.0, scale * min(0.7 * high / len(words), 1.45 * wide / max(longest, 1)))
+    if size >= _SMALLEST_LETTERS:
+        middle = (x + 0.5 * wide, y + 0.5 * high)
+        text = "\n".join(words)
+        axes.text(*middle, text, color=color, size=size, ha="center", va="center", halo=_HALO, clipped=True)
+
+
+def _brightened(chart: ChartPicture) -> NDArray[np.uint8]:
     """Return the preview with its lightest patch near white, shape (V, H, 3)."""
     inside = [
-        picture.image[round(y) : round(y + high), round(x) : round(x + wide)]
-        for name, x, y, wide, high in picture.patches
-        if name not in picture.left_out
+        chart.image[round(y) : round(y + high), round(x) : round(x + wide)]
+        for name, x, y, wide, high in chart.patches
+        if name not in chart.left_out
     ]
     lightest = max((float(np.percentile(one, 90.0)) for one in inside if one.size), default=_LIGHT)
     factor = float(np.clip(_LIGHT / max(lightest, 1.0), 1.0, _MOST_BRIGHTENED))
-    return np.clip(picture.image * factor, 0.0, 255.0).astype(np.uint8)
+    return np.clip(chart.image * factor, 0.0, 255.0).astype(np.uint8)
 
 
-def _chart_caption(picture: ChartPicture) -> str:
+def _chart_caption(chart: ChartPicture) -> str:
     found = (
         "placed as given"
-        if picture.confidence is None
-        else f"located in the image with a confidence of {picture.confidence:.2f} of 1"
+        if chart.confidence is None
+        else f"located in the image with a confidence of {chart.confidence:.2f} of 1"
     )
     return (
-        f"{picture.title} at {show_iso(picture.iso)}, brightened for the eye: {len(picture.patches)} patches, {found}. "
+        f"{chart.title} at {show_iso(chart.iso)}, brightened for the eye: {len(chart.patches)} patches, {found}. "
         "Only what lies inside the outlines was measured."
-        + (" Orange: clipped in every channel, not used." if picture.left_out else "")
-        + (" Dashed: the chart." if picture.corners else "")
+        + (" Orange: clipped in every channel, not used." if chart.left_out else "")
+        + (" Dashed: the chart." if chart.corners else "")
     )
 
 
@@ -139,12 +141,12 @@ def against_density(points: Table, iso: Value) -> Picture | None:
     ratio.set_title("Signal-to-noise ratio")
     ratio.set_ylabel("Signal / noise [dB]")
     ratio.axhline(0.0, color=QUIET, linewidth=0.9)
-    ratio.set_ylim(bottom=max(ratio.get_ylim()[0], _LOWEST_DECIBEL))
+    ratio.set_ylim(max(ratio.get_ylim()[0], _LOWEST_DECIBEL))
     for axes in (noise, ratio):
-        axes.set_xlabel("$\\log_{10}$ exposure  (−density)")
+        axes.set_xlabel("log_{10} exposure  (−density)")
     extra = [key("darker exposure", color=QUIET, linestyle="none", marker="o")] if _several(points) else []
     channel_legend(figure, channels, extra)
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Noise and signal-to-noise ratio against exposure at {iso_title(_known(iso))}",
         caption=(

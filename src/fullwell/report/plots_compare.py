@@ -4,30 +4,28 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from fullwell.figures.side_by_side import Comparison
 from fullwell.glossary import RECOMMENDED
-from fullwell.report.curves import Table, Value, table_named
-from fullwell.report.pivots import title_of
-from fullwell.report.plots import (
-    QUIET,
-    WIDTH_IN,
+from fullwell.report.canvas import (
     Picture,
     canvas,
     channel_legend,
     color_of,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    vector_picture,
+    picture,
 )
+from fullwell.report.curves import Table, Value, table_named
+from fullwell.report.drawing import Axes
+from fullwell.report.drawing.style import QUIET, Fill
+from fullwell.report.pivots import title_of
 
 _REACH: Final = 8.0
 """Standard errors at which the axis ends; what lies beyond stands at its edge."""
-_FILLS: Final = ("full", "none", "left", "bottom")
+_FILLS: Final[tuple[Fill, ...]] = ("full", "none", "left", "bottom")
+"""Of the markers of A, B and so on; where all is a difference from A, of B and so on."""
 
 
 def comparison_pictures(comparison: Comparison) -> tuple[Picture, ...]:
@@ -48,8 +46,7 @@ def _pulls(comparison: Comparison) -> tuple[Picture, ...]:
                 points.setdefault(row.quantity, []).append((at, row.channel, one.statistic))
     if not points:
         return ()
-    figure = Figure(figsize=(WIDTH_IN, 1.1 + 0.27 * len(points)))
-    axes = figure.subplots()
+    figure, (axes,) = canvas(1, 1, height_in=1.1 + 0.27 * len(points))
     axes.axvspan(-2.0, 2.0, color="#eef2f5")
     axes.axvline(0.0, color=QUIET, linewidth=0.8)
     for place, values in enumerate(points.values()):
@@ -60,7 +57,7 @@ def _pulls(comparison: Comparison) -> tuple[Picture, ...]:
                 marker=marker_of(channel),
                 color=color_of(channel),
                 fillstyle=_FILLS[(at - 1) % len(_FILLS)],
-                linestyle="",
+                linestyle="none",
                 clip_on=False,
             )
     axes.set_yticks(range(len(points)), [title_of(quantity) for quantity in points])
@@ -69,7 +66,7 @@ def _pulls(comparison: Comparison) -> tuple[Picture, ...]:
     axes.set_xlabel("Difference from A [standard errors]")
     channel_legend(figure, [channel for values in points.values() for _, channel, _ in values])
     return (
-        vector_picture(
+        picture(
             figure,
             alt="Differences from A in standard errors, by quantity",
             caption=(
@@ -96,11 +93,9 @@ def _transfer(comparison: Comparison) -> tuple[Picture, ...]:
             if iso in one:
                 channels += _points(axes, one[iso], at)
         _finish(axes, iso)
-    labels = [side.label for side in comparison.sides]
-    extra = [key(label, linestyle="none", marker="o", color=QUIET) for label in labels] if len(labels) < 2 else []
-    channel_legend(figure, channels, extra)
+    channel_legend(figure, channels)
     return (
-        vector_picture(
+        picture(
             figure,
             alt="Photon transfer of all results in one panel",
             caption=(
@@ -118,10 +113,10 @@ def _points(axes: Axes, table: Table, at: int) -> Sequence[str]:
         axes.plot(
             signal[lit],
             variance[lit],
-            linestyle="",
+            linestyle="none",
             marker=marker_of(str(channel)),
             color=color_of(str(channel)),
-            fillstyle=("full", "none", "left", "bottom")[at % 4],
+            fillstyle=_FILLS[at % len(_FILLS)],
             markersize=4.5,
         )
         names.append(str(channel))

@@ -3,28 +3,25 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from fullwell.report.curves import Table, Value
-from fullwell.report.loop_figures import Together
-from fullwell.report.pivots import title_of
-from fullwell.report.plots import (
+from fullwell.report.canvas import (
     DENSE,
-    INK,
-    PIXELS,
     Picture,
     canvas,
     channel_legend,
     color_of,
     finite_range,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    pixels_below,
-    vector_picture,
+    picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import INK
+from fullwell.report.loop_figures import Together
+from fullwell.report.pivots import title_of
 
 _TRUTH = "#c3cbd4"
 _NAMES = {"original": "Original", "simulated": "Simulated and measured again"}
@@ -48,9 +45,8 @@ def transfer_beside(table: Table, iso: Value) -> Picture:
         log_axis(axes, "y")
         axes.set(xlabel="Signal above black [DN]", ylabel="Noise [DN]")
         axes.set_title(_NAMES[name])
-        pixels_below(axes)
     channel_legend(figure, channels, [key("truth of the simulation", color=_TRUTH)])
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Noise against signal at {iso_title(iso)}: {' beside '.join(_NAMES[name].lower() for name in shown)}",
         caption=(
@@ -78,13 +74,14 @@ def _points(axes: Axes, points: Table, channel: str) -> None:
     axes.plot(
         points.numbers("signal")[good],
         np.sqrt(variance[good]),
-        linestyle="",
+        linestyle="none",
         marker=marker_of(channel),
         markerfacecolor="none",
         color=color_of(channel),
         markersize=3.0 if dense else 4.5,
         markeredgewidth=0.9,
-        zorder=PIXELS if dense else 2.5,
+        zorder=2.5,
+        dense=dense,
     )
 
 
@@ -105,12 +102,8 @@ def pulls(table: Table) -> Picture:
     right.set(xlabel="Quantile of the normal distribution", ylabel="Pull", xlim=(-3.6, 3.6), ylim=(-reach, reach))
     right.set_title("Every quantity against the normal distribution")
     total = int(sum(part.numbers("of")[0] for _, part in groups))
-    figure.legend(
-        handles=[key("standard normal", linestyle="--"), key("one quantity", color="#8fa3b8")],
-        loc="outside upper right",
-        ncols=2,
-    )
-    return vector_picture(
+    figure.legend([key("standard normal", linestyle="--"), key("one quantity", color="#8fa3b8")])
+    return picture(
         figure,
         alt="Histogram of pulls with the standard normal curve, and a quantile plot with a line per quantity",
         caption=(
@@ -123,12 +116,11 @@ def pulls(table: Table) -> Picture:
 
 def _histogram(axes: Axes, values: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
     bins = np.linspace(-4.5, 4.5, 46)
-    axes.hist(
-        np.clip(values, bins[0], bins[-1]), bins=bins.tolist(), weights=weights, density=True, color="#b7c7d8", zorder=2
-    )
+    density, _ = np.histogram(np.clip(values, bins[0], bins[-1]), bins=bins, weights=weights, density=True)
+    axes.fill(np.repeat(bins, 2), np.concatenate([[0.0], np.repeat(density, 2), [0.0]]), color="#b7c7d8", zorder=2.0)
     grid = np.linspace(-4.5, 4.5, 181)
-    axes.plot(grid, np.exp(-0.5 * grid**2) / np.sqrt(2.0 * np.pi), color=INK, linestyle="--", linewidth=1.1, zorder=3)
-    axes.set(xlabel="Pull", ylabel="Density", xlim=(-4.5, 4.5))
+    axes.plot(grid, np.exp(-0.5 * grid**2) / np.sqrt(2.0 * np.pi), color=INK, linestyle="--", linewidth=1.1, zorder=3.0)
+    axes.set(xlabel="Pull", ylabel="Density", xlim=(-4.5, 4.5), ylim=(0.0, None))
     axes.set_title("All pulls")
 
 
@@ -138,7 +130,7 @@ def coverage(lines: Sequence[Together]) -> Picture | None:
     if not shown:
         return None
     figure, (axes,) = canvas(1, 1, height_in=0.9 + 0.24 * len(shown))
-    places = np.arange(len(shown))[::-1]
+    places = np.arange(len(shown), dtype=np.float64)[::-1]
     middle, low, high = (np.array([found[at] for _, found in shown]) * 100.0 for at in range(3))
     axes.axvline(95.0, color=INK, linestyle="--", linewidth=0.9, zorder=1.5)
     errors = (middle - low, high - middle)
@@ -148,7 +140,8 @@ def coverage(lines: Sequence[Together]) -> Picture | None:
             middle[mine],
             places[mine],
             xerr=(errors[0][mine], errors[1][mine]),
-            fmt="o",
+            linestyle="none",
+            marker="o",
             color=color,
             markersize=4.0,
             elinewidth=1.1,
@@ -158,7 +151,7 @@ def coverage(lines: Sequence[Together]) -> Picture | None:
     axes.set_xlim(min(88.0, float(low.min()) - 1.0), 100.6)
     axes.set_xlabel("95 % intervals that hold the truth [%]")
     axes.grid(visible=False, axis="y")
-    return vector_picture(
+    return picture(
         figure,
         alt="Share of 95 % intervals that hold the truth, one line per quantity, with its own interval",
         caption=(

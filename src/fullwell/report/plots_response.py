@@ -1,39 +1,35 @@
 """Response against exposure, and histograms of lit frames."""
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from fullwell.report.curves import Table, Value
-from fullwell.report.plots import (
-    PIXELS,
-    QUIET,
+from fullwell.report.canvas import (
     WIDTH_IN,
     Picture,
     channel_legend,
     color_of,
     iso_title,
-    key,
     log_axis,
     marker_of,
-    pixels_below,
+    picture,
     stepped,
-    vector_picture,
 )
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, Figure, key
+from fullwell.report.drawing.style import QUIET
 
 
 def exposure_series(response: Table | None, histograms: Table | None, iso: Value) -> Picture:
     """Draw response and deviation against exposure, and the histograms of the series, for one ISO."""
     parts = [part for part in (response, histograms) if part is not None]
-    figure = Figure(figsize=(WIDTH_IN, 2.9 * len(parts) + 0.2))
-    grid = figure.add_gridspec(len(parts), 2)
+    figure = Figure((WIDTH_IN, 2.9 * len(parts) + 0.2))
+    grid = figure.grid(len(parts), 2)
     if response is not None:
-        _response(figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1]), response)
+        _response(grid.axes(0, 0), grid.axes(0, 1), response)
     if histograms is not None:
-        _histograms(figure.add_subplot(grid[len(parts) - 1, :]), histograms)
+        _histograms(grid.axes(len(parts) - 1, 0, columns=2), histograms)
     channels = {str(channel) for part in parts for channel, _ in part.split("channel")}
     channel_legend(figure, channels, [key("proportional")] if response is not None else [])
-    return vector_picture(
+    return picture(
         figure,
         alt=f"Exposure series at {iso_title(iso)}: response, deviation from proportionality, histograms",
         caption=(
@@ -49,7 +45,7 @@ def _response(main: Axes, rest: Axes, table: Table) -> None:
     for channel, points in table.split("channel"):
         exposure, color, marker = points.numbers("exposure_s"), color_of(str(channel)), marker_of(str(channel))
         order = np.argsort(exposure)
-        main.plot(exposure, points.numbers("signal"), linestyle="", marker=marker, color=color)
+        main.plot(exposure, points.numbers("signal"), linestyle="none", marker=marker, color=color)
         main.plot(exposure[order], points.numbers("fitted")[order], color=color, linewidth=1.0)
         rest.plot(
             exposure[order],
@@ -74,17 +70,9 @@ def _response(main: Axes, rest: Axes, table: Table) -> None:
 
 def _histograms(axes: Axes, table: Table) -> None:
     for channel, part in table.split("channel"):
-        each = [stepped(points.numbers("code"), points.numbers("count")) for _, points in part.split("exposure_s")]
-        axes.plot(
-            np.concatenate([np.append(codes, np.nan) for codes, _ in each]),
-            np.concatenate([np.append(counts, np.nan) for _, counts in each]),
-            drawstyle="steps-mid",
-            color=color_of(str(channel)),
-            linewidth=0.9,
-            alpha=0.85,
-            zorder=PIXELS,
-        )
-    pixels_below(axes)
+        for _, points in part.split("exposure_s"):
+            codes, counts = stepped(points.numbers("code"), points.numbers("count"))
+            axes.plot(codes, counts, drawstyle="steps-mid", color=color_of(str(channel)), linewidth=0.9, alpha=0.85)
     log_axis(axes, "y")
     axes.set(xlabel="Raw value [DN]", ylabel="Pixel values")
     axes.set_title("Histograms, every exposure")

@@ -80,6 +80,20 @@ def test_an_axis_with_nothing_drawn_has_ends_and_ticks(scale):
     assert len(axis.marks(200.0).places) >= 2
 
 
+@pytest.mark.parametrize(
+    "ends", [(0.0, 0.0), (math.nan, 1.0), (-1.0, math.inf), (2.0, 2.0), (2.0, 2.0 + 1e-15), (None, -5.0)]
+)
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_ends_that_cannot_be_are_mended(scale, ends):
+    axis = Axis(across=False, scale=scale, low=ends[0], high=ends[1])
+    axis.see(np.array([1.0, 3.0]))
+    low, high = axis.ends()
+    assert math.isfinite(low)
+    assert math.isfinite(high)
+    assert abs(high - low) > 1e-12 * abs(high)
+    assert len(axis.marks(100.0).places) >= 2
+
+
 def test_a_single_value_stands_in_the_middle():
     for value, scale in ((0.0, "linear"), (-3.0, "linear"), (1e9, "linear"), (7.0, "log")):
         axis = Axis(across=True, scale=scale)

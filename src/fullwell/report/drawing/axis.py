@@ -14,6 +14,10 @@ from fullwell.report.drawing.text import width
 _APART: Final = 0.7
 """Left free between two labels side by side [em]."""
 _FEWEST: Final = 3
+_SAME: Final = 1e-12
+"""Values that differ by so small a share of them are one."""
+_HALF: Final = 0.05
+"""Of a single value: half the length of its axis."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,12 +63,15 @@ class Axis:
         self.seen.append(np.ravel(values))
 
     def ends(self) -> tuple[float, float]:
-        """Return the ends as told, else a little beyond what is drawn."""
-        if self.low is not None and self.high is not None and (min(self.low, self.high) > 0.0 or not self.log):
-            ends = self.low, self.high
-        else:
-            ends = self._around()
-        return (ends[1], ends[0]) if self.turned else ends
+        """Return the ends as told, else a little beyond what is drawn; they are never one."""
+        low, high = self.low, self.high
+        if low is None or high is None or not (self._fit(low) and self._fit(high)):
+            around = self._around()
+            low = low if low is not None and self._fit(low) else around[0]
+            high = high if high is not None and self._fit(high) else around[1]
+        if abs(high - low) <= _SAME * max(abs(low), abs(high)):
+            low, high = (low / 2.0, low * 2.0) if self.log else _around_one(low)
+        return (high, low) if self.turned else (low, high)
 
     def scaled(self) -> Scale:
         """Return the scale."""
@@ -115,22 +122,19 @@ class Axis:
         every = every[every > 0.0] if self.log else every
         low, high = (float(every.min()), float(every.max())) if every.size else (0.1, 1.0) if self.log else (0.0, 1.0)
         if self.log:
-            wide = math.log(high / low) or math.log(4.0)
-            beyond = math.exp(self.margin * wide) if high > low else 2.0
-            ends = low / beyond, high * beyond
-        else:
-            wide = high - low
-            beyond = self.margin * wide if wide > 1e-12 * abs(high) else 0.05 * abs(high) or 0.05
-            ends = low - beyond, high + beyond
-        return self._told(ends)
+            beyond = math.exp(self.margin * math.log(high / low))
+            return low / beyond, high * beyond
+        beyond = self.margin * (high - low)
+        return low - beyond, high + beyond
 
-    def _told(self, ends: tuple[float, float]) -> tuple[float, float]:
-        """Return ends, those that are told in their place."""
-        low, high = (own if own is None or own > 0.0 or not self.log else None for own in (self.low, self.high))
-        low, high = ends[0] if low is None else low, ends[1] if high is None else high
-        if low == high:
-            high = low * 2.0 if self.log else low + 1.0
-        return low, high
+    def _fit(self, end: float) -> bool:
+        """Tell whether an end can be one."""
+        return math.isfinite(end) and (end > 0.0 or not self.log)
+
+
+def _around_one(value: float) -> tuple[float, float]:
+    half = _HALF * (abs(value) or 1.0)
+    return value - half, value + half
 
 
 def _thinned(marks: Marks) -> Marks:

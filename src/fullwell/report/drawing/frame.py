@@ -12,9 +12,12 @@ from fullwell.report.drawing.geometry import Box, View
 from fullwell.report.drawing.legend import Legend
 from fullwell.report.drawing.marks import Mark
 from fullwell.report.drawing.pen import Pen, lines_path
-from fullwell.report.drawing.style import GRID, GRID_WIDTH, SMALL, SPINE, SPINE_WIDTH, TICK
+from fullwell.report.drawing.style import GRID, GRID_WIDTH, PAPER, SMALL, SPINE, SPINE_WIDTH, TICK
 from fullwell.report.drawing.text import CAPITAL, DEPTH, LINE_HEIGHT, height, width
 
+_PAPER_PAD: Final = 2.0
+_PAPER_ALPHA: Final = 0.8
+"""Around a legend inside a panel [point], and how far its paper hides what is below."""
 _TICK: Final = 3.5
 _SMALL_TICK: Final = 2.0
 _PAD: Final = 3.5
@@ -79,7 +82,10 @@ def draw_panel(pen: Pen, axes: Axes, place: Box) -> None:
     if axes.inset:
         legend = Legend(keys=axes.inset.keys, columns=1, size=axes.inset.size)
         covered = [mark.covered(view) for mark in marks] if axes.inset.loc == "best" else []
-        legend.draw(pen, *legend.placed(box, axes.inset.loc, covered))
+        left, top = legend.placed(box, axes.inset.loc, covered)
+        wide, high = legend.extent
+        pen.box(Box(left=left, top=top, width=wide, height=high).widened(_PAPER_PAD), fill=PAPER, alpha=_PAPER_ALPHA)
+        legend.draw(pen, left, top)
 
 
 def _draw_clipped(pen: Pen, view: View, marks: Sequence[Mark]) -> None:

@@ -111,4 +111,4 @@ class View:
 
 
 def _near(places: Array) -> Array:
-    return np.clip(places, -_FAR, _FAR)
+    return np.where(np.isfinite(places), np.clip(places, -_FAR, _FAR), np.nan)

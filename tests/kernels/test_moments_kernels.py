@@ -13,7 +13,7 @@ from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 
 @st.composite
 def stacks(draw: st.DrawFn) -> tuple[Stack, Band, int]:
-    """A stack with gaps between its frames in any order, one band of it, and the frames' height."""
+    """A stack with gaps between its frames in any order, one band of it or a strip, and the frames' height."""
     frames, cell, tile = draw(st.integers(1, 9)), draw(st.sampled_from((1, 2))), draw(st.integers(1, 5))
     height, width = draw(st.integers(cell, 24)), draw(st.integers(cell, 24))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
@@ -23,8 +23,10 @@ def stacks(draw: st.DrawFn) -> tuple[Stack, Band, int]:
     starts = rng.permutation(frames).astype(np.int64) * (height * width + gap)
     step = cell * tile
     top = draw(st.integers(0, (height - 1) // step)) * step
+    bottom = min(top + step, height)
+    top += draw(st.integers(0, (bottom - top - 1) // cell)) * cell
     codes.flags.writeable = False
-    return Stack(codes, starts, width), Band(top, min(top + step, height), cell, tile), height
+    return Stack(codes, starts, width), Band(top, bottom, cell, tile), height
 
 
 def empty_sums(stack: Stack, band: Band, height: int) -> tuple[SeriesSums, FrameSums]:
@@ -53,6 +55,21 @@ def test_add_band_equals_its_twin(case: tuple[Stack, Band, int], data: st.DataOb
     for fresh in data.draw(st.lists(st.booleans(), min_size=1, max_size=3)):
         moments.add_band(stack, band, *fast, fresh)
         moments_reference.add_band(stack, band, *slow, fresh)
+    for mine, its in zip((*fast[0], *fast[1]), (*slow[0], *slow[1]), strict=True):
+        np.testing.assert_array_equal(mine, its)
+
+
+@given(stacks())
+def test_a_strip_of_which_nothing_else_is_in_memory(case: tuple[Stack, Band, int]) -> None:
+    stack, strip, height = case
+    rows = moments_reference.band_of_frames(stack, strip).astype(np.uint16)
+    starts = (np.arange(stack.starts.size) * (strip.bottom - strip.top) - strip.top) * stack.width
+    codes = rows.reshape(-1)
+    codes.flags.writeable = False
+    fast, slow = empty_sums(stack, strip, height), empty_sums(stack, strip, height)
+    fresh = True
+    moments.add_band(Stack(codes, starts, stack.width), strip, *fast, fresh)
+    moments_reference.add_band(stack, strip, *slow, fresh)
     for mine, its in zip((*fast[0], *fast[1]), (*slow[0], *slow[1]), strict=True):
         np.testing.assert_array_equal(mine, its)
 

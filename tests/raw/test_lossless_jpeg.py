@@ -142,3 +142,13 @@ def test_codes_are_short_enough_however_rare_their_categories() -> None:
         lengths = code_lengths(counts)
         assert all(1 <= length <= 16 for count, length in zip(counts, lengths, strict=True) if count)
         assert sum(2.0**-length for length in lengths if length) < 1.0  # the code of ones alone stays free
+
+
+@pytest.mark.parametrize("fewer", [0, 6])
+def test_whole_streams_are_decoded_where_they_are_wanted(fewer: int) -> None:
+    samples = (np.arange(24, dtype=np.uint16).reshape(4, 6, 1)) << 2
+    stream = lossless_jpeg(samples, precision=12, predictor=4, shift=2)
+    out = np.zeros((4, 6), np.uint16) if not fewer else np.zeros((3, 6), np.uint16)
+    found = decode_lossless(memoryview(stream), samples=out.size, out=out)
+    np.testing.assert_array_equal(found[: out.size], samples.ravel()[: out.size])
+    assert np.may_share_memory(found, out) is (not fewer)

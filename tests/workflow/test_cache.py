@@ -18,12 +18,12 @@ from mixed_study import TILE, assert_same_reduction, mixed_study, write_frame
 from fullwell.cli.parsing import cache_from
 from fullwell.errors import UsageError
 from fullwell.frames.series import Frame, Kind, Study
-from fullwell.workflow import slots
 from fullwell.workflow.cache import fingerprint, series_cache
 from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.options import CacheChoice, Options
 from fullwell.workflow.reduce import Reduction, reduce_study
+from fullwell.workflow.slots import Slots, Told
 
 KEPT = (Kind.FLAT, Kind.DARK)
 
@@ -38,15 +38,15 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
 
 @pytest.fixture
 def decoded(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of all files that are decoded."""
+    """The names of all files that are read."""
     names: list[str] = []
-    original = slots.decode
+    original = Slots.read
 
-    def decode(header, data, *, out=None):
-        names.append(header.path.name)
-        return original(header, data, out=out)
+    def read(self: Slots, frame: Frame, told: Told, *, whole: bool = False) -> None:
+        names.append(frame.name)
+        original(self, frame, told, whole=whole)
 
-    monkeypatch.setattr(slots, "decode", decode)
+    monkeypatch.setattr(Slots, "read", read)
     return names
 
 
@@ -303,6 +303,7 @@ from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.options import CacheChoice, Options
 from fullwell.workflow.reduce import reduce_study
+from fullwell.workflow.slots import Slots, Told
 study = load_study(Path(sys.argv[1]), Selection())
 time.sleep(max(0.0, float(sys.argv[3]) - time.time()))
 for _ in range(5):

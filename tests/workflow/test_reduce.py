@@ -56,9 +56,9 @@ def test_pairs_depend_on_the_files_alone(
     seen: list[tuple[str, str]] = []
     original = Accumulation.add
 
-    def add(self: Accumulation, batch: Batch, *, first_band: int = 0) -> None:
+    def add(self: Accumulation, batch: Batch) -> None:
         seen.extend((batch.names[one], batch.names[other]) for one, other in batch.pairs)
-        original(self, batch, first_band=first_band)
+        original(self, batch)
 
     monkeypatch.setattr(Accumulation, "add", add)
     (study[0].root / "dark-0.02-05.dng").unlink()
@@ -174,9 +174,9 @@ def largest_memory(monkeypatch: pytest.MonkeyPatch) -> Callable[[], int]:
     original = threads.Slots
 
     class Counting(original):
-        def __init__(self, *, slots: int, slot_bytes: int, layout: Layout) -> None:
+        def __init__(self, *, slots: int, slot_bytes: int, layout: Layout, stop: Event | None = None) -> None:
             asked.append(slots * slot_bytes)
-            super().__init__(slots=slots, slot_bytes=slot_bytes, layout=layout)
+            super().__init__(slots=slots, slot_bytes=slot_bytes, layout=layout, stop=stop)
 
     monkeypatch.setattr(threads, "Slots", Counting)
     return lambda: sum(asked)

@@ -51,6 +51,22 @@ def test_repeats_make_up_the_published_flows(groups: tuple[IsoBursts, ...]) -> N
     assert not found.findings
 
 
+def test_first_frames_that_were_looked_at_are_not_read_again(tmp_path: Path) -> None:
+    simulated_study(tmp_path / "study", simulation(study=STUDY))
+    study = load_study(tmp_path / "study", Selection())
+    reduction = reduce_study(study, workers=2, tile=16, keep=(Kind.FLAT,))
+    again = look_again(group_by_iso(study, reduction.statistics, reduction.sums), base=None, workers=2)
+    groups = group_by_iso(study, reduction.statistics, reduction.sums, reduction.first)
+    for frame in (one for group in groups for one in group.biases[0].series.frames):
+        (study.root / frame.name).unlink()
+    known = look_again(groups, base=None, workers=2)
+    assert not known.findings
+    for one, other in zip(known.read_noise, again.read_noise, strict=True):
+        assert one.frames == other.frames
+        np.testing.assert_array_equal(one.flow1_dn, other.flow1_dn)
+        np.testing.assert_array_equal(one.flow2_dn, other.flow2_dn)
+
+
 def test_flats_of_the_lowest_iso_make_the_line(groups: tuple[IsoBursts, ...]) -> None:
     line = look(groups).std_line
     first = groups[0].flats[0]

@@ -91,6 +91,7 @@ def decode_scan(
     start_value: int,
     predictor: int,
     shift: int,
+    out: NDArray[np.uint16] | None = None,
 ) -> tuple[int, NDArray[np.uint16]]:
     """Decode the samples of one scan.
 
@@ -108,6 +109,8 @@ def decode_scan(
         1 to 7 (T.81, table H.1).
     shift
         Point transform: samples are multiplied by 2^shift at the end.
+    out
+        Memory for as many samples, in row order; None takes new memory.
 
     Returns
     -------
@@ -116,7 +119,8 @@ def decode_scan(
         (height, width * components), components interleaved. Valid where the outcome is ``COMPLETE``.
 
     """
-    samples = np.empty((height, width * len(tables)), dtype=np.uint16)
+    shape = (height, width * len(tables))
+    samples = np.empty(shape, dtype=np.uint16) if out is None else out.reshape(shape)
     outcome = _decode(data, tables, start_value, predictor, samples)
     if shift:
         samples <<= np.uint16(shift)

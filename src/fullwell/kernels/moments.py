@@ -30,19 +30,49 @@ _Narrow = tuple[NDArray[np.uint32], NDArray[np.uint32]]
 
 
 @njit(cache=True, nogil=True)
+def _add_tiles(columns: NDArray[np.uint32], step: int, even: NDArray[np.uint64], odd: NDArray[np.uint64]) -> None:
+    """Add column sums to those of tiles ``step`` columns wide, an even number, by phase of the column."""
+    for tile in range(even.size):
+        own = columns[tile * step : (tile + 1) * step]
+        first, second = np.uint64(0), np.uint64(0)
+        for c in range(own.size // 2):
+            first += np.uint64(own[2 * c])
+            second += np.uint64(own[2 * c + 1])
+        even[tile] += first
+        odd[tile] += second
+        if own.size % 2:
+            even[tile] += np.uint64(own[own.size - 1])
+
+
+@njit(cache=True, nogil=True)
+def _add_plain_tiles(columns: NDArray[np.uint32], step: int, tiles: NDArray[np.uint64]) -> None:
+    """Add column sums to those of tiles ``step`` columns wide."""
+    for tile in range(tiles.size):
+        own = columns[tile * step : (tile + 1) * step]
+        total = np.uint64(0)
+        for c in range(own.size):
+            total += np.uint64(own[c])
+        tiles[tile] += total
+
+
+@njit(cache=True, nogil=True)
+def _widen(columns: NDArray[np.uint32], sums: NDArray[np.uint64]) -> None:
+    """Add sums of 32 bits to those of 64."""
+    for c in range(columns.size):
+        sums[c] = sums[c] + np.uint64(columns[c])
+
+
+@njit(cache=True, nogil=True)
 def close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint64], tiles: NDArray[np.uint64]) -> None:
     """Gather a band's column sums of one frame into ``tiles``, shape (sites, tile rows, tile columns)."""
     cell, step = band.cell, band.cell * band.tile
     tile_row = band.top // step
     for phase in range(cell):
-        for tile in range(tiles.shape[2]):
-            for first in range(cell):
-                total = np.uint64(0)
-                for c in range(tile * step + first, min((tile + 1) * step, columns.shape[1]), cell):
-                    total += np.uint64(columns[phase, c])
-                tiles[phase * cell + first, tile_row, tile] += total
-        for c in range(columns.shape[1]):
-            sums[phase, c] += np.uint64(columns[phase, c])
+        if cell == 1:
+            _add_plain_tiles(columns[phase], step, tiles[0, tile_row])
+        else:
+            _add_tiles(columns[phase], step, tiles[2 * phase, tile_row], tiles[2 * phase + 1, tile_row])
+        _widen(columns[phase], sums[phase])
 
 
 @njit(cache=True, nogil=True)
@@ -161,9 +191,9 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
                 series.squares[row] = 0
             _add_row(stack, row, series, narrow, room)
         for f in range(count):
-            own = stack.codes[stack.starts[f] :]
+            own = stack.codes[stack.starts[f] + first * width :]
             for phase in range(cell):
-                add_margins(own, (first + phase, last, cell), highest, columns[f, phase], frames.rows[f])
+                add_margins(own, (phase, last - first, cell), highest, columns[f, phase], frames.rows[f, first:])
     for f in range(count):
         close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
     close_extremes(stack, band, extremes, series)

@@ -195,9 +195,10 @@ def close_extremes(stack: Stack, band: Band, extremes: Extremes, series: SeriesS
             starts = _rows_of_list(stack, band, phase, number)
             _count_list(stack, starts, extremes.lowest[phase, number], low[phase], n_low)
             _count_list(stack, starts, extremes.highest[phase, number], high[phase], n_high)
-        for c in range(width):
-            site, tile = phase * cell + c % cell, c // step
-            series.n_lowest[site, band.top // step, tile] += np.int64(n_low[c])
-            series.n_highest[site, band.top // step, tile] += np.int64(n_high[c])
+        for tile in range(-(-width // step)):
+            for first in range(cell):
+                site, columns = phase * cell + first, slice(tile * step + first, min((tile + 1) * step, width), cell)
+                series.n_lowest[site, band.top // step, tile] += n_low[columns].sum()
+                series.n_highest[site, band.top // step, tile] += n_high[columns].sum()
         n_low[:] = 0
         n_high[:] = 0

@@ -21,10 +21,8 @@ from fullwell.kernels.moments_summary import (
     add_spatial,
     add_temporal,
 )
+from fullwell.kernels.narrow_of_two import NarrowSums, fits, narrow_sums, sum_narrow, write_column_sums, write_columns
 from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
-
-_NARROW = 16383
-"""Four sums of squares of two codes up to here fit in 32 bits."""
 
 
 class SumsOfTwo(NamedTuple):
@@ -58,14 +56,6 @@ class _Wide(NamedTuple):
     spreads: NDArray[np.uint64]
 
 
-class _Narrow(NamedTuple):
-    """The same of codes up to ``_NARROW``."""
-
-    sums: NDArray[np.int32]
-    squares: NDArray[np.int32]
-    spreads: NDArray[np.int32]
-
-
 @njit(cache=True, nogil=True)
 def _write_differences(x: NDArray[np.uint16], y: NDArray[np.uint16], out: NDArray[np.uint16]) -> None:
     """Write the absolute difference of the frames in a row."""
@@ -90,7 +80,7 @@ def _count_differences(stack: Stack, band: Band, counts: NDArray[np.int64]) -> N
 
 
 @njit(cache=True, nogil=True)
-def _combine_wide(x: NDArray[np.uint16], y: NDArray[np.uint16], at: int, rows: _Wide) -> None:
+def _combine(x: NDArray[np.uint16], y: NDArray[np.uint16], at: int, rows: _Wide) -> None:
     sums, squares, spreads = rows.sums[at], rows.squares[at], rows.spreads[at]
     for c in range(x.size):
         i, j = np.int64(x[c]), np.int64(y[c])
@@ -100,61 +90,28 @@ def _combine_wide(x: NDArray[np.uint16], y: NDArray[np.uint16], at: int, rows: _
 
 
 @njit(cache=True, nogil=True)
-def _combine_narrow(x: NDArray[np.uint16], y: NDArray[np.uint16], at: int, rows: _Narrow) -> None:
-    sums, squares, spreads = rows.sums[at], rows.squares[at], rows.spreads[at]
-    for c in range(x.size):
-        i, j = np.int32(x[c]), np.int32(y[c])
-        sums[c] = np.int32(i + j)
-        difference = np.int32(i - j)
-        spreads[c] = np.int32(difference * difference)
-    for c in range(x.size):
-        i, j = np.int32(x[c]), np.int32(y[c])
-        squares[c] = np.int32(np.int32(i * i) + np.int32(j * j))
-
-
-@njit(cache=True, nogil=True)
-def _add_four_wide(rows: _Wide, at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
-    s, q, d = rows.sums, rows.squares, rows.spreads
-    add_four_temporal((d[0], d[1], d[2], d[3]), (q[0], q[1], q[2], q[3]), at[0], sums)
-    add_four_spatial((s[0], s[1], s[2], s[3]), at, surface, sums)
-
-
-@njit(cache=True, nogil=True)
-def _add_four_narrow(rows: _Narrow, at: tuple[int, int], surface: Surface, sums: ColumnSums) -> None:
-    phase, s = at[0], rows.sums
-    totals, low, quartic = sums.squares[phase], sums.low[phase], sums.quartic[phase]
-    q_i, q_j, q_k, q_m = rows.squares[0], rows.squares[1], rows.squares[2], rows.squares[3]
-    i, j, k, m = rows.spreads[0], rows.spreads[1], rows.spreads[2], rows.spreads[3]
-    for c in range(totals.size):
-        pairs = np.uint32(np.uint32(q_i[c]) + np.uint32(q_j[c])), np.uint32(np.uint32(q_k[c]) + np.uint32(q_m[c]))
-        totals[c] += np.uint64(np.uint32(pairs[0] + pairs[1]))
-    for c in range(totals.size):
-        pairs = np.uint32(np.uint32(i[c]) + np.uint32(j[c])), np.uint32(np.uint32(k[c]) + np.uint32(m[c]))
-        low[c] += np.uint64(np.uint32(pairs[0] + pairs[1]))
-    for c in range(totals.size):
-        first, second, third, fourth = np.float64(i[c]), np.float64(j[c]), np.float64(k[c]), np.float64(m[c])
-        quartic[c] += (first * first + second * second) + (third * third + fourth * fourth)
-    add_four_spatial((s[0], s[1], s[2], s[3]), at, surface, sums)
-
-
-@njit(cache=True, nogil=True)
-def _begin_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) -> bool:
-    """Add a band to all that needs no more than its codes; return whether these are at most ``_NARROW``."""
+def _begin_band(stack: Stack, band: Band, narrow: NarrowSums, series: SeriesSums, frames: FrameSums) -> bool:
+    """Add a band to all that needs no more than its codes; return whether ``narrow`` holds all other sums."""
     width, cell = stack.width, band.cell
-    extremes, highest = no_extremes(stack, band), 0
     columns = np.zeros((2, cell, width), np.uint32)
-    for first in range(band.top, band.bottom, LIST_ROWS * cell):
-        last = min(first + LIST_ROWS * cell, band.bottom)
-        here = follow_rows(stack, band, first, last, extremes)
-        highest = max(highest, here)
-        for f in range(2):
-            own = stack.codes[stack.starts[f] :]
-            for phase in range(cell):
-                add_margins(own, (first + phase, last, cell), here, columns[f, phase], frames.rows[f])
+    extremes = no_extremes(stack, band)
+    small = sum_narrow(stack, band, extremes, narrow, frames.rows)
+    if small:
+        write_columns(narrow, band, columns)
+    else:
+        extremes = no_extremes(stack, band)
+        frames.rows[:, band.top : band.bottom] = 0
+        for first in range(band.top, band.bottom, LIST_ROWS * cell):
+            last = min(first + LIST_ROWS * cell, band.bottom)
+            here = follow_rows(stack, band, first, last, extremes)
+            for f in range(2):
+                own = stack.codes[stack.starts[f] :]
+                for phase in range(cell):
+                    add_margins(own, (first + phase, last, cell), here, columns[f, phase], frames.rows[f])
     for f in range(2):
         close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
     close_extremes(stack, band, extremes, series)
-    return highest <= _NARROW
+    return small and fits(narrow, band, series)
 
 
 @njit(cache=True, nogil=True)
@@ -184,30 +141,23 @@ def _centre(tiles: NDArray[np.uint64], band: Band, reference: NDArray[np.float64
 
 
 @njit(cache=True, nogil=True)
-def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums, narrow: bool) -> None:  # noqa: FBT001 - compiled functions take their arguments by position
-    """Add a band to the sums down its columns."""
+def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums) -> None:
+    """Add a band of any codes to the sums down its columns."""
     width, cell = stack.width, band.cell
-    wide_rows = _Wide(np.empty((4, width), np.uint32), np.empty((4, width), np.uint64), np.empty((4, width), np.uint64))
-    narrow_rows = _Narrow(
-        np.empty((4, width), np.int32), np.empty((4, width), np.int32), np.empty((4, width), np.int32)
-    )
+    four = _Wide(np.empty((4, width), np.uint32), np.empty((4, width), np.uint64), np.empty((4, width), np.uint64))
     for phase in range(cell):
         rows = max(0, (band.bottom - band.top - phase + cell - 1) // cell)
-        fours = rows - rows % 4
         for row in range(rows):
             at = stack.starts + (band.top + phase + row * cell) * width
             x, y = stack.codes[at[0] : at[0] + width], stack.codes[at[1] : at[1] + width]
-            if narrow and row < fours:
-                _combine_narrow(x, y, row % 4, narrow_rows)
-            else:
-                _combine_wide(x, y, row % 4, wide_rows)
-            if row >= fours:
-                add_temporal(wide_rows.spreads[row % 4], wide_rows.squares[row % 4], phase, sums)
-                add_spatial(wide_rows.sums[row % 4], (phase, row), surface, sums)
-            elif row % 4 == 3 and narrow:
-                _add_four_narrow(narrow_rows, (phase, row - 3), surface, sums)
+            _combine(x, y, row % 4, four)
+            if row >= rows - rows % 4:
+                add_temporal(four.spreads[row % 4], four.squares[row % 4], phase, sums)
+                add_spatial(four.sums[row % 4], (phase, row), surface, sums)
             elif row % 4 == 3:
-                _add_four_wide(wide_rows, (phase, row - 3), surface, sums)
+                s, q, d = four.sums, four.squares, four.spreads
+                add_four_temporal((d[0], d[1], d[2], d[3]), (q[0], q[1], q[2], q[3]), phase, sums)
+                add_four_spatial((s[0], s[1], s[2], s[3]), (phase, row - 3), surface, sums)
 
 
 @njit(cache=True, nogil=True)
@@ -227,10 +177,10 @@ def sum_two(stack: Stack, whole: Band, polynomials: NDArray[np.float64], found: 
 
     """
     width, cell, step, sums = stack.width, whole.cell, whole.cell * whole.tile, found.columns
-    reference = np.zeros((cell, width))
+    reference, narrow = np.zeros((cell, width)), narrow_sums(cell, width)
     for index in range(sums.squares.shape[0]):
         band = Band(index * step, min((index + 1) * step, whole.bottom), cell, whole.tile)
-        narrow = _begin_band(stack, band, found.series, found.frames)
+        small = _begin_band(stack, band, narrow, found.series, found.frames)
         _centre(found.frames.tiles, band, reference)
         own = ColumnSums(
             sums.squares[index],
@@ -242,5 +192,8 @@ def sum_two(stack: Stack, whole: Band, polynomials: NDArray[np.float64], found: 
             sums.quadratic[index],
             sums.power[index],
         )
-        _finish_band(stack, band, Surface(reference, polynomials[0, index], polynomials[1, index]), own, narrow)
+        if small:
+            write_column_sums(narrow, band, reference, own)
+        else:
+            _finish_band(stack, band, Surface(reference, polynomials[0, index], polynomials[1, index]), own)
         _count_differences(stack, band, found.differences)

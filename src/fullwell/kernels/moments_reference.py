@@ -8,8 +8,8 @@ from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 
 def band_of_frames(stack: Stack, band: Band) -> NDArray[np.uint64]:
     """Return the band's rows of every frame, shape (frames, rows, width) [DN]."""
-    rows = slice(band.top * stack.width, band.bottom * stack.width)
-    pixels = [stack.codes[start:][rows].reshape(-1, stack.width) for start in stack.starts]
+    rows = [(start + band.top * stack.width, start + band.bottom * stack.width) for start in stack.starts]
+    pixels = [stack.codes[first:last].reshape(-1, stack.width) for first, last in rows]
     return np.array(pixels, dtype=np.uint64).reshape(len(pixels), band.bottom - band.top, stack.width)
 
 

@@ -14,7 +14,8 @@ class Stack(NamedTuple):
     codes
         The block, shape (anything,) [DN].
     starts
-        Where in the block each frame's first pixel lies, shape (frames,); rows follow without gaps.
+        Where in the block each frame's first pixel lies, shape (frames,); rows follow without gaps. Where only
+        some rows are in memory, the first pixel of all would lie there, which may be outside the block.
     width
         Columns of a frame.
 
@@ -26,7 +27,7 @@ class Stack(NamedTuple):
 
 
 class Band(NamedTuple):
-    """A row of tiles: mosaic rows ``top`` (a multiple of ``cell * tile``) to ``bottom`` (one past the last)."""
+    """A row of tiles or some of its rows: from ``top``, a multiple of ``cell``, to ``bottom``, one past the last."""
 
     top: int
     bottom: int

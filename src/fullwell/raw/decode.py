@@ -58,8 +58,8 @@ def decode_segments(
     return _assemble(layout, data, area, out=out)
 
 
-def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
-    """Return the mosaic as a view of the file, or None where it must be copied."""
+def rows_at(layout: Layout, area: Area) -> int | None:
+    """Return where the visible mosaic begins, if it lies in the file row after row as it is; else None [byte]."""
     whole = area == Area(0, 0, layout.height, layout.width)
     plain = layout.compression == Compression.NONE and layout.bits == 16 and not layout.table
     interleaved = layout.row_interleave > 1 or layout.column_interleave > 1
@@ -69,7 +69,13 @@ def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16
         return None
     strip_bytes = layout.row_bytes * layout.segment_height
     start = layout.offsets[0]
-    if any(offset != start + index * strip_bytes for index, offset in enumerate(layout.offsets)):
+    return start if all(offset == start + index * strip_bytes for index, offset in enumerate(layout.offsets)) else None
+
+
+def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
+    """Return the mosaic as a view of the file, or None where it must be copied."""
+    start = rows_at(layout, area)
+    if start is None:
         return None
     if len(data) < start + layout.row_bytes * layout.height:
         raise _truncated()
@@ -108,8 +114,10 @@ def _fill(target: NDArray[np.uint16], layout: Layout, data: memoryview, segment:
         packed = np.frombuffer(stored, dtype=np.uint8)[row * layout.row_bytes :]
         unpack_rows(packed, target, bits=layout.bits, row_bytes=layout.row_bytes, first_column=column)
         return
-    block = _block(layout, stored, segment)
-    target[...] = block[row : row + rows, column : column + columns]
+    whole = target.flags.c_contiguous and target.shape == (layout.rows(segment), layout.segment_width)
+    block = _block(layout, stored, segment, out=target if whole else None)
+    if not np.may_share_memory(block, target):
+        target[...] = block[row : row + rows, column : column + columns]
 
 
 def _stored_bytes(layout: Layout, data: memoryview, segment: int) -> memoryview:
@@ -121,13 +129,13 @@ def _stored_bytes(layout: Layout, data: memoryview, segment: int) -> memoryview:
     return data[offset : offset + count].toreadonly()
 
 
-def _block(layout: Layout, stored: memoryview, segment: int) -> NDArray[np.integer]:
-    """Return a whole segment, shape (its rows, segment_width), any integer type."""
+def _block(layout: Layout, stored: memoryview, segment: int, *, out: NDArray[np.uint16] | None) -> NDArray[np.integer]:
+    """Return a whole segment, shape (its rows, segment_width), any integer type; perhaps in ``out``, of that shape."""
     shape = (layout.rows(segment), layout.segment_width)
     if layout.compression == Compression.JPEG:
         from fullwell.raw.lossless_jpeg import decode_lossless  # noqa: PLC0415 - loads the JIT when used
 
-        return _exactly(decode_lossless(stored, samples=shape[0] * shape[1]), shape)
+        return _exactly(decode_lossless(stored, samples=shape[0] * shape[1], out=out), shape)
     if layout.compression == Compression.NONE:
         return _words(layout, stored, shape)
     try:

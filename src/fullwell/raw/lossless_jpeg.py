@@ -171,7 +171,7 @@ def _scan(frame: bytes, payload: bytes, *, tables: dict[int, HuffmanTable], star
     )
 
 
-def decode_lossless(stream: memoryview, *, samples: int) -> NDArray[np.uint16]:
+def decode_lossless(stream: memoryview, *, samples: int, out: NDArray[np.uint16] | None = None) -> NDArray[np.uint16]:
     """Return the samples of a lossless JPEG segment in coded order, components interleaved.
 
     Parameters
@@ -180,6 +180,8 @@ def decode_lossless(stream: memoryview, *, samples: int) -> NDArray[np.uint16]:
         The segment.
     samples
         Samples that are needed; the stream may hold more.
+    out
+        C-contiguous memory for so many samples, taken where the stream holds no more.
 
     Raises
     ------
@@ -204,6 +206,7 @@ def decode_lossless(stream: memoryview, *, samples: int) -> NDArray[np.uint16]:
         start_value=1 << (scan.precision - scan.shift - 1),
         predictor=scan.predictor,
         shift=scan.shift,
+        out=out if scan.samples == samples else None,
     )
     if outcome == kernel.ENDED_EARLY:
         raise _damaged("it ends early")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.findings import Finding, Severity
-from fullwell.raw.decode import decode_segments
+from fullwell.raw.decode import decode_segments, rows_at
 from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
@@ -197,6 +197,17 @@ def require_measurable(header: RawHeader) -> None:
     for finding in header.findings:
         if finding.severity is Severity.ERROR:
             raise UnsuitableFileError(finding.code, finding.message)
+
+
+def mosaic_at(header: RawHeader) -> int | None:
+    """Return where in a frame's bytes its visible mosaic lies, row after row in the machine's own 16-bit words.
+
+    None where the mosaic must be decoded, or must not be measured [byte].
+    """
+    refused = any(finding.severity is Severity.ERROR for finding in header.findings)
+    if refused or not isinstance(header.layout, Layout):
+        return None
+    return rows_at(header.layout, header.active_area)
 
 
 def decode(

@@ -1,12 +1,15 @@
 """Everything that is summed up over the frames of a series, from one reading of each.
 
 To sum up something else: write an `Accumulator`, add it to `Accumulation`, and turn it into numbers in `finish`. Each
-row of tiles of a batch is handed to every accumulator while it is in the cache.
+strip of a batch is handed to every accumulator while it is in the cache.
 """
+
+from collections.abc import Sequence
 
 from fullwell.statistics.batch import Accumulator, Batch
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
+from fullwell.statistics.first_look import FirstLook
 from fullwell.statistics.moments import Layout, Moments
 from fullwell.statistics.pairs import PairStatistics, pairs_of
 from fullwell.statistics.series import SeriesStatistics
@@ -36,10 +39,11 @@ class Accumulation:
         self.bursts: tuple[BurstSums, ...] | None = None
         self.pairs: tuple[PairStatistics, ...] | None = None
         self.swept: Swept | None = None
+        self.look = FirstLook(height=layout.height, width=layout.width, cell=layout.cell)
 
     @property
     def _accumulators(self) -> tuple[Accumulator, ...]:
-        return (self.moments,)
+        return (self.moments, self.look)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -53,25 +57,20 @@ class Accumulation:
         self.bursts = None
         self.pairs = None
         self.swept = None
+        self.expect(())
 
-    def add(self, batch: Batch, *, first_band: int = 0) -> None:
-        """Add frames.
+    def expect(self, names: Sequence[str]) -> None:
+        """Hear which frames are the first by name: they are looked at one by one, if they come together."""
+        self.look.expect(names[:LEGACY_FRAMES], products=self.unlit)
 
-        Parameters
-        ----------
-        batch
-            The frames.
-        first_band
-            Where to begin, modulo the number of bands: threads that begin apart do not wait for each other.
-
-        """
-        bands = self.layout.bands()
-        additions = [accumulator.begin(batch) for accumulator in self._accumulators]
-        for step in range(len(bands)):
-            band = bands[(first_band + step) % len(bands)]
-            stack = batch.rows(band)
+    def add(self, batch: Batch) -> None:
+        """Add frames, strip by strip from the top: threads that add at once follow each other down."""
+        begun = (accumulator.begin(batch) for accumulator in self._accumulators)
+        additions = [addition for addition in begun if addition is not None]
+        for strip in self.layout.strips():
+            stack = batch.rows(strip)
             for addition in additions:
-                addition.add(stack, band)
+                addition.add(stack, strip)
         for addition in additions:
             addition.commit()
 
@@ -103,6 +102,7 @@ class Accumulation:
         self.moments.merge(other.moments)
         self.bursts = self.bursts or other.bursts
         self.pairs = self.pairs or other.pairs
+        self.look.found = self.look.found or other.look.found
 
     def finish(self) -> SeriesStatistics:
         """Return the numbers of the series, which holds at least one frame."""

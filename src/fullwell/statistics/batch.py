@@ -27,8 +27,8 @@ class Batch:
         self.pairs = tuple(pairs)
         self.stack = stack
 
-    def rows(self, band: Band) -> Stack:  # noqa: ARG002 - a batch that reads its files as it goes must know which
-        """Return the frames; only the rows of ``band`` may be looked at, and only until the next call."""
+    def rows(self, strip: Band) -> Stack:  # noqa: ARG002 - a batch that reads its files as it goes must know which
+        """Return the frames; only the rows of ``strip`` may be looked at, and only until the next call."""
         return self.stack
 
 
@@ -36,7 +36,7 @@ class Addition(Protocol):
     """A batch on its way into the sums of a series, in the hands of one thread."""
 
     def add(self, stack: Stack, band: Band) -> None:
-        """Add a row of tiles of every frame; called once for each, in any order."""
+        """Add a strip of every frame; called once for each (`Layout.strips`)."""
         ...
 
     def commit(self) -> None:
@@ -47,6 +47,6 @@ class Addition(Protocol):
 class Accumulator(Protocol):
     """Exact sums over the frames of a series, which threads add to side by side and which merge in any order."""
 
-    def begin(self, batch: Batch) -> Addition:
-        """Return what takes the rows of a batch."""
+    def begin(self, batch: Batch) -> Addition | None:
+        """Return what takes the rows of a batch, None where nobody wants them."""
         ...

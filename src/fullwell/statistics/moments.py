@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.kernels.moments import add_band, count_codes
+from fullwell.kernels.moments_extremes import LIST_ROWS
 from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
 from fullwell.raw.cfa import cell as cell_of
 from fullwell.statistics.batch import Batch
@@ -23,6 +24,7 @@ MOST_FRAMES: Final = 65536
 LARGEST_SIDE: Final = 65536
 LARGEST_TILE: Final = 256
 CODES: Final = 65536
+_STRIP_BYTES: Final = 1 << 18
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 
@@ -84,6 +86,21 @@ class Layout:
             Band(top, min(top + step, self.height), self.cell, self.tile) for top in range(0, self.height, step)
         )
 
+    def strips(self) -> tuple[Band, ...]:
+        """Return the rows of tiles cut into strips, top to bottom: many frames of a strip stay in the cache."""
+        least = LIST_ROWS * self.cell
+        rows = max(least, _STRIP_BYTES // (2 * self.width) // least * least)
+        return tuple(
+            Band(top, min(top + rows, band.bottom), self.cell, self.tile)
+            for band in self.bands()
+            for top in range(band.top, band.bottom, rows)
+        )
+
+    @property
+    def strip_bytes(self) -> int:
+        """Return the bytes of a strip of a frame, at most [byte]."""
+        return 2 * self.width * max(strip.bottom - strip.top for strip in self.strips())
+
 
 def by_site(counts: NDArray[np.int64], *, cell: int) -> NDArray[np.int64]:
     """Return counts by phase in a cell of two, shape (2, 2, n), as counts by site, shape (sites, n)."""
@@ -129,12 +146,13 @@ class Moments:
         self.tile_sums = np.zeros(grid, np.uint64)
         self.tile_squares = np.zeros((2, *grid), np.uint64)
         self.histogram = np.zeros((layout.sites, CODES), np.int64)
-        self._bands = layout.bands()
+        self._strips = layout.strips()
+        self._places = {strip.top: at for at, strip in enumerate(self._strips)}
         self._make_locks()
         self.clear(every_histogram=every_histogram)
 
     def _make_locks(self) -> None:
-        self._band_locks = tuple(Lock() for _ in self._bands)
+        self._strip_locks = tuple(Lock() for _ in self._strips)
         self._lock = Lock()
 
     def __getstate__(self) -> dict[str, object]:
@@ -149,7 +167,7 @@ class Moments:
     def clear(self, *, every_histogram: bool) -> None:
         """Forget all frames; the maps are written anew by the first frames to come."""
         self.every_histogram = every_histogram
-        self._fresh = [True] * len(self._bands)
+        self._fresh = [True] * len(self._strips)
         self.maps.lowest[...] = CODES - 1
         for part in (
             *self.maps[3:],
@@ -170,7 +188,7 @@ class Moments:
         """Return the names of the frames, sorted."""
         return tuple(sorted(self.frame_sums))
 
-    def add(self, names: Sequence[str], stack: Stack, *, first_band: int = 0) -> None:
+    def add(self, names: Sequence[str], stack: Stack) -> None:
         """Add frames.
 
         Parameters
@@ -179,8 +197,6 @@ class Moments:
             One per frame.
         stack
             The frames.
-        first_band
-            Where to begin, modulo the number of bands: threads that begin apart do not wait for each other.
 
         Raises
         ------
@@ -192,8 +208,8 @@ class Moments:
         for start in range(0, len(names), most):
             part = Stack(stack.codes, stack.starts[start : start + most], stack.width)
             addition = self.begin(Batch(names[start : start + most], part))
-            for step in range(len(self._bands)):
-                addition.add(part, self._bands[(first_band + step) % len(self._bands)])
+            for strip in self._strips:
+                addition.add(part, strip)
             addition.commit()
 
     def begin(self, batch: Batch) -> "MomentsAddition":
@@ -219,9 +235,9 @@ class Moments:
         addition.commit(frames)
 
     def add_rows(self, stack: Stack, band: Band, frames: FrameSums) -> None:
-        """Add a row of tiles to the maps and extremes, and to the sums of each frame, which are the caller's."""
-        at = band.top // (band.cell * band.tile)
-        with self._band_locks[at]:
+        """Add a strip to the maps and extremes, and to the sums of each frame, which are the caller's."""
+        at = self._places[band.top]
+        with self._strip_locks[at]:
             add_band(stack, band, self.maps, frames, self._fresh[at])
             self._fresh[at] = False
 
@@ -251,7 +267,7 @@ class Moments:
         if not self.names:
             self.maps.codes[...] = 0
             self.maps.squares[...] = 0
-            self._fresh = [False] * len(self._bands)
+            self._fresh = [False] * len(self._strips)
         np.add(self.maps.codes, other.maps.codes, out=self.maps.codes)
         np.add(self.maps.squares, other.maps.squares, out=self.maps.squares)
         self._merge_extremes(other.maps)
@@ -336,7 +352,7 @@ class MomentsAddition:
         self._histogram = np.zeros((2, 2, CODES if counted else 1), np.int64)
 
     def add(self, stack: Stack, band: Band) -> None:
-        """Add a row of tiles of every frame.
+        """Add a strip of every frame.
 
         Raises
         ------

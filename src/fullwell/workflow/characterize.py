@@ -30,7 +30,6 @@ from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.measure.shading_differences import measure_shading_differences
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import difference_pictures, shading_pictures
-from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.plan import Cluster
 from fullwell.workflow.reduce import Reduction
 from fullwell.workflow.run import run_facts
@@ -183,7 +182,7 @@ def _spanned(
     pictures = Pictures()
     if folder is not None:
         pictures = replace(
-            take_pictures(groups),
+            next((one.pictures for one in found.isos if one.pictures.differences), Pictures()),
             shading=tuple(one for iso in isos for one in shading_pictures(iso.shadings, published.surfaces)),
             shading_differences=difference_pictures(differences),
             responses=tuple(one for iso in found.isos for one in iso.responses),

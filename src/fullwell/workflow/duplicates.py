@@ -156,6 +156,7 @@ def _corrected(study: Study, whole: Reduction, copies: Copies, reduce: _Reduce) 
         whole,
         statistics=_replaced(study, affected, whole.statistics, again.statistics),
         sums=_replaced(study, affected, whole.sums, again.sums),
+        first=_replaced(study, affected, whole.first, again.first),
     )
 
 

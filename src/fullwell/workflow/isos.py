@@ -13,19 +13,20 @@ from pathlib import Path
 
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Series, SeriesKey, Study
-from fullwell.report.pictures import ResponsePicture
+from fullwell.report.pictures import Pictures, ResponsePicture
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.duplicates import find_copies
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.iso_maps import write_iso_maps
-from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso, without_sums
+from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso, without_pixels
 from fullwell.workflow.measure.emva.stacks import FEWEST_FRAMES
-from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso, without_pixels
+from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso, without_maps
 from fullwell.workflow.measure.pattern_maps import may_be_mapped
 from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.temperatures import measure_temperatures
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import response_pictures
+from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.plan import Cluster
 from fullwell.workflow.published.study import PublishedMeasurement
 from fullwell.workflow.reduce import Reduction, reduce_in_groups
@@ -43,6 +44,8 @@ class IsoOutcome:
         What was measured at its main temperature.
     temperatures
         What was measured at others.
+    pictures
+        Of two unlit frames, at the first ISO that has such.
     responses
         Of the slopes of its pixels.
 
@@ -51,6 +54,7 @@ class IsoOutcome:
     bursts: IsoBursts
     measured: IsoMeasurement
     temperatures: Section
+    pictures: Pictures
     responses: tuple[ResponsePicture, ...]
 
 
@@ -134,9 +138,9 @@ class IsoReader:
         isos: list[IsoOutcome] = []
         with closing(reductions):
             for reduction in reductions:
-                files.append(replace(reduction, sums={}))
-                found = group_by_iso(measured, reduction.statistics, reduction.sums)
-                isos.extend(self._measured(bursts, published) for bursts in found)
+                files.append(replace(reduction, sums={}, first={}))
+                found = group_by_iso(measured, reduction.statistics, reduction.sums, reduction.first)
+                isos.extend(self._measured(bursts, published, isos) for bursts in found)
         isos.sort(key=lambda one: measured.isos.index(one.bursts.iso))
         return MeasuredIsos(isos=tuple(isos), reduction=_together(measured, files), published=published)
 
@@ -146,19 +150,22 @@ class IsoReader:
             return frozenset(one.key for one in chain(*groups) if len(one.frames) >= FEWEST_FRAMES)
         return frozenset(key for group in groups for key in may_be_mapped(group))
 
-    def _measured(self, bursts: IsoBursts, published: PublishedMeasurement) -> IsoOutcome:
+    def _measured(self, bursts: IsoBursts, published: PublishedMeasurement, before: Iterable[IsoOutcome]) -> IsoOutcome:
         """Measure an ISO while its sums are there."""
         profiles = self.options.profiles
         one = measure_iso(self.study, bursts, workers=self.options.workers, profiles=profiles)
         responses: tuple[ResponsePicture, ...] = ()
+        pictures = Pictures()
         if self.folder is not None:
             write_iso_maps(self.study, one, self.folder / "maps")
             responses = response_pictures(self.study, one)
+            pictures = pictures if any(iso.pictures.differences for iso in before) else take_pictures(bursts)
         published.add(one)
         return IsoOutcome(
-            bursts=without_sums(bursts),
-            measured=without_pixels(one),
+            bursts=without_pixels(bursts),
+            measured=without_maps(one),
             temperatures=measure_temperatures(self.study, bursts, one.section.rows, profiles=profiles),
+            pictures=pictures,
             responses=responses,
         )
 

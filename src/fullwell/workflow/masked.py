@@ -82,6 +82,11 @@ def masked_sums(header: RawHeader, data: bytes | memoryview) -> tuple[MaskedSums
     return tuple(one for one in found if one.n > 0)
 
 
+def has_masked(header: RawHeader) -> bool:
+    """Tell whether a file has masked pixels, declared or beside the visible mosaic."""
+    return bool(_areas(header))
+
+
 def masked_area(frames: Sequence[Sequence[MaskedSums]], channels: Sequence[str]) -> tuple[MaskedArea, ...]:
     """Pool areas and frames per channel; empty where there are none.
 

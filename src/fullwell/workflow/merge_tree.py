@@ -17,6 +17,7 @@ from fullwell.workflow.outcome import SeriesOutcome
 from fullwell.workflow.parts import UNLIT, Record, add_groups, first_frames, groups_of, in_order, outcome_of
 from fullwell.workflow.plan import MOST_SLOTS
 from fullwell.workflow.slots import Slots
+from fullwell.workflow.stream import LostFrameError, streams
 
 PART_FRAMES: Final = 16
 """Frames of a task besides a first burst; even, so that pairs stay together."""
@@ -34,6 +35,8 @@ class Part:
         Whether the series is of dark or bias frames.
     pairs
         Whether the first two frames of the series are looked at together.
+    names
+        Of all frames of the series.
     first, rest
         Which, by name: those that belong to the first burst, and others.
 
@@ -42,6 +45,7 @@ class Part:
     layout: Layout
     unlit: bool
     pairs: bool
+    names: tuple[str, ...]
     first: tuple[Frame, ...]
     rest: tuple[Frame, ...]
 
@@ -68,6 +72,7 @@ def parts_of(series: Series, layout: Layout, *, pairs: bool = False) -> list[Par
             layout=layout,
             unlit=series.kind in UNLIT,
             pairs=pairs,
+            names=tuple(frame.name for frame in frames),
             first=tuple(frames[:own]) if start == own else (),
             rest=tuple(frames[start : start + PART_FRAMES]),
         )
@@ -77,14 +82,26 @@ def parts_of(series: Series, layout: Layout, *, pairs: bool = False) -> list[Par
 
 def sum_part(part: Part) -> Summed:
     """Read the frames of a part; runs where the files are to be read."""
-    sums, record, slots = Accumulation(part.layout, unlit=part.unlit), Record(), _slots(part.frames, part.layout)
+    record, slots = Record(), _slots(part.frames, part.layout, pairs=part.pairs)
+    while True:
+        sums = Accumulation(part.layout, unlit=part.unlit)
+        sums.expect(part.names)
+        try:
+            _add(part, sums, slots, record)
+        except LostFrameError as lost:
+            record.exclude(lost.frame, lost.cause)
+        else:
+            return Summed(sums=sums, record=record)
+
+
+def _add(part: Part, sums: Accumulation, slots: Slots, record: Record) -> None:
+    """Add the frames of a part that have not been left out."""
     if part.first:
-        add_groups(groups_of(part.first), sums, slots, record, pairs=part.pairs)
+        add_groups(groups_of(record.good(part.first)), sums, slots, record, pairs=part.pairs)
         if part.unlit:
             sums.close_burst()
     if part.rest:
-        add_groups(groups_of(part.rest), sums, slots, record)
-    return Summed(sums=sums, record=record)
+        add_groups(groups_of(record.good(part.rest)), sums, slots, record)
 
 
 def merge(one: Summed, other: Summed) -> Summed:
@@ -108,8 +125,10 @@ def reduce_whole(series: Series, part: Part) -> SeriesOutcome:
     return finish(series, sum_part(part))
 
 
-def _slots(frames: Sequence[Frame], layout: Layout) -> Slots:
-    slot_bytes = max([2 * layout.height * layout.width, *(frame.size for frame in frames)])
+def _slots(frames: Sequence[Frame], layout: Layout, *, pairs: bool = False) -> Slots:
+    if not pairs and all(map(streams, frames)):
+        return Slots(slots=max(2, len(frames)), slot_bytes=layout.strip_bytes, layout=layout)
+    slot_bytes = max([2 * layout.height * layout.width, layout.strip_bytes, *(frame.size for frame in frames)])
     return Slots(slots=max(2, min(MOST_SLOTS, len(frames))), slot_bytes=slot_bytes, layout=layout)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fullwell.frames.series import Exclusion
+from fullwell.statistics.first_look import FirstFrames
 from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.series import SeriesStatistics
 
@@ -22,6 +23,8 @@ class SeriesOutcome:
         Frames that turned out to be damaged.
     sums
         Sum over the good frames of each pixel, shape (height, width), read-only [DN]; None where it is not kept.
+    first
+        What the first frames tell one by one; None where one is damaged, or they were not read together.
 
     """
 
@@ -29,3 +32,4 @@ class SeriesOutcome:
     hashes: Mapping[str, str]
     excluded: tuple[Exclusion, ...] = ()
     sums: PixelSums | None = None
+    first: FirstFrames | None = None

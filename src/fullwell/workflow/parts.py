@@ -13,7 +13,7 @@ from fullwell.frames.series import Exclusion, Frame, Kind, Series
 from fullwell.statistics.accumulation import Accumulation
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
-from fullwell.statistics.moments import Layout, Moments
+from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.outcome import SeriesOutcome
 from fullwell.workflow.slots import Slots
@@ -34,11 +34,35 @@ class Record:
         xxh3-128 of every file that could be read, by frame name.
     excluded
         Frames that turned out to be damaged.
+    progress
+        Told of every frame, once.
 
     """
 
     hashes: dict[str, str] = field(default_factory=dict)
     excluded: list[Exclusion] = field(default_factory=list)
+    progress: Progress | None = None
+    _heard: set[str] = field(default_factory=set)
+
+    def read(self, frame: Frame, digest: str) -> None:
+        """Keep the hash of a file that was read."""
+        self.hashes[frame.name] = digest
+        self._hear(frame)
+
+    def exclude(self, frame: Frame, error: RawFileError | OSError) -> None:
+        """Leave a frame out, and keep why."""
+        self.excluded.append(_exclusion(frame, error))
+        self._hear(frame)
+
+    def good(self, frames: Iterable[Frame]) -> tuple[Frame, ...]:
+        """Return those that have not been left out."""
+        bad = {one.name for one in self.excluded}
+        return tuple(frame for frame in frames if frame.name not in bad)
+
+    def _hear(self, frame: Frame) -> None:
+        if self.progress is not None and frame.name not in self._heard:
+            self._heard.add(frame.name)
+            self.progress.advance()
 
 
 def in_order(series: Series) -> list[Frame]:
@@ -60,15 +84,13 @@ def groups_of(frames: Sequence[Frame]) -> tuple[Group, ...]:
     return tuple(tuple(frames[at : at + 2]) for at in range(0, len(frames), 2))
 
 
-def read_group(group: Group, slots: Slots, record: Record, progress: Progress | None = None) -> None:
-    """Read frames into slots, or leave them out and say why."""
+def read_group(group: Group, slots: Slots, record: Record, *, whole: bool = False) -> None:
+    """Read frames into slots, or leave them out and say why; ``whole`` as in `Slots.read`."""
     for frame in group:
         try:
-            slots.read(frame, record.hashes)
+            slots.read(frame, record.read, whole=whole)
         except (RawFileError, OSError) as error:
-            record.excluded.append(_exclusion(frame, error))
-        if progress is not None:
-            progress.advance()
+            record.exclude(frame, error)
 
 
 def add_groups(
@@ -79,7 +101,6 @@ def add_groups(
     *,
     pairs: bool = False,
     only_two: bool = False,
-    progress: Progress | None = None,
 ) -> None:
     """Read frames and add them, as many at once as there is room for.
 
@@ -95,20 +116,26 @@ def add_groups(
         Whether the first two good frames are looked at together.
     only_two
         Whether these are the two frames of a series whose sums of single pixels nobody wants.
-    progress
-        Told of every frame.
+
+    Raises
+    ------
+    LostFrameError
+        A frame failed while it was added: the sums are of no use.
 
     """
     slots.clear()
     some: list[Group] = []
-    for group in groups:
-        if not slots.fits(len(group)):
-            _add_batch(slots.batch(some), sums, pairs=pairs, only_two=False)
-            slots.clear()
-        read_group(group, slots, record, progress)
-        some.append(group)
-    if not slots.empty:
-        _add_batch(slots.batch(some), sums, pairs=pairs, only_two=only_two)
+    try:
+        for group in groups:
+            if not slots.fits(len(group)):
+                _add_batch(slots.batch(some), sums, pairs=pairs, only_two=False)
+                slots.clear()
+            read_group(group, slots, record, whole=pairs or only_two)
+            some.append(group)
+        if not slots.empty:
+            _add_batch(slots.batch(some), sums, pairs=pairs, only_two=only_two)
+    finally:
+        slots.clear()
 
 
 def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool, only_two: bool) -> None:
@@ -133,18 +160,16 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots)
         hashes=dict(sorted(record.hashes.items())),
         excluded=tuple(sorted(record.excluded, key=lambda one: one.name)),
         sums=sums.moments.maps.codes if names and sums.swept is None else None,
+        first=sums.look.found,
     )
 
 
 def _burst_again(series: Series, names: Sequence[str], layout: Layout, slots: Slots) -> tuple[BurstSums, ...]:
-    moments = Moments(layout)
+    sums = Accumulation(layout, unlit=False)
     for frame in series.frames:
         if frame.name in names:
-            slots.clear()
-            slots.read(frame, {})
-            batch = slots.batch()
-            moments.add(batch.names, batch.stack)
-    return burst_sums(moments)
+            add_groups([(frame,)], sums, slots, Record())
+    return burst_sums(sums.moments)
 
 
 def _exclusion(frame: Frame, error: RawFileError | OSError) -> Exclusion:

@@ -1,6 +1,6 @@
-"""A second look at a few frames, for the report's pictures only: no figure is measured here."""
+"""Pictures of two unlit frames, for the report only: no figure is measured here."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from fullwell.errors import RawFileError
 from fullwell.frames.series import Frame
 from fullwell.raw.open import decode, read_bytes
 from fullwell.report.pictures import DarkZoom, DifferencePicture, Pictures, RegionHistogram
+from fullwell.statistics.first_look import middle
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.read_noise import choose_burst
 
@@ -17,19 +18,14 @@ ZOOM = 64
 REGION = 128
 
 
-def take_pictures(groups: Iterable[IsoBursts]) -> Pictures:
-    """Read two unlit frames of the lowest ISO again: their difference, and a magnified corner of the first."""
-    for group in groups:
-        burst = choose_burst(group)
-        if burst is not None:
-            return _pictures(group, burst)
-    return Pictures()
-
-
-def _pictures(group: IsoBursts, burst: Burst) -> Pictures:
+def take_pictures(group: IsoBursts) -> Pictures:
+    """Return the difference of two unlit frames of an ISO, and a magnified piece of the first; empty without them."""
+    burst = choose_burst(group)
+    if burst is None:
+        return Pictures()
     frames = [frame for frame in burst.series.frames if frame.name in burst.statistics.frames][:2]
     try:
-        first, second = (_mosaic(frame) for frame in frames)
+        first, second = _middles(burst, frames)
     except (RawFileError, OSError):
         return Pictures()
     difference = first - second
@@ -57,8 +53,15 @@ def _pictures(group: IsoBursts, burst: Burst) -> Pictures:
     )
 
 
-def _mosaic(frame: Frame) -> NDArray[np.int32]:
-    return decode(frame.header, read_bytes(frame.header)).astype(np.int32)
+def _middles(burst: Burst, frames: Sequence[Frame]) -> Iterable[NDArray[np.int32]]:
+    """Yield the middles of two frames, which are read again where nobody kept them."""
+    known = burst.first
+    if known is not None and known.middles is not None and known.frames[:2] == tuple(frame.name for frame in frames):
+        yield from known.middles.astype(np.int32)
+        return
+    for frame in frames:
+        mosaic = decode(frame.header, read_bytes(frame.header))
+        yield mosaic[middle(mosaic.shape, burst.cell)].astype(np.int32)
 
 
 def _start(size: int, edge: int) -> int:

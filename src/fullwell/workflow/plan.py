@@ -1,7 +1,7 @@
 """How the frames of a study are read: by how many at once, with how much memory, and where the outcome goes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 from fullwell.frames.series import Series, SeriesKey
@@ -9,11 +9,13 @@ from fullwell.statistics.burst import LEGACY_FRAMES
 from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.outcome import SeriesOutcome
+from fullwell.workflow.slots import MOST_FRAMES
+from fullwell.workflow.stream import streams
 
 MOST_BUFFER_BYTES: Final = 400_000_000
 MOST_MAP_BYTES: Final = 400_000_000
 MOST_SLOTS: Final = 8
-"""Frames a thread holds at once: the more, the more rarely the maps are touched."""
+"""Whole frames a thread holds at once: the more, the more rarely the maps are touched."""
 _MAP_BYTES_PER_PIXEL: Final = 12
 
 Done = Callable[[Series, SeriesOutcome], None]
@@ -33,7 +35,7 @@ class Plan:
     slots
         Frames a thread holds at once.
     slot_bytes
-        Room for the largest file and for a mosaic.
+        Room for the largest file and for a mosaic; or for a strip, where none is needed as a whole.
     most_open
         Series that may be open at once.
     pairs
@@ -50,6 +52,10 @@ class Plan:
     most_open: int
     pairs: bool = False
     kept: frozenset[SeriesKey] = frozenset()
+
+    def only_two(self, series: Series) -> bool:
+        """Tell whether a series has two frames, and nobody wants their sums of single pixels."""
+        return len(series.frames) == 2 and series.key not in self.kept
 
 
 class Cluster(Protocol):
@@ -70,19 +76,23 @@ def plan(
 ) -> Plan:
     """Return how to read some series in bounded memory."""
     frames = [frame for one in series for frame in one.frames]
-    pixels = layout.height * layout.width
-    slot_bytes = max([2 * pixels, *(frame.size for frame in frames)])
     workers = max(1, min(workers, len(frames)))
-    # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
-    useful = max(LEGACY_FRAMES, -(-len(frames) // (3 * workers)))
-    apart = any(frame.header.compression != "none" for frame in frames)
-    affordable = MOST_BUFFER_BYTES // (workers * slot_bytes) - apart
-    return Plan(
+    pixels = layout.height * layout.width
+    how = Plan(
         layout=layout,
         workers=workers,
-        slots=max(LEGACY_FRAMES if pairs else 2, min(MOST_SLOTS, useful, affordable)),
-        slot_bytes=slot_bytes,
+        slots=MOST_FRAMES,
+        slot_bytes=layout.strip_bytes,
         most_open=max(1, min(workers, MOST_MAP_BYTES // (_MAP_BYTES_PER_PIXEL * pixels))),
         pairs=pairs,
         kept=kept,
     )
+    if not pairs and all(map(streams, frames)) and not any(map(how.only_two, series)):
+        return how
+    slot_bytes = max([2 * pixels, layout.strip_bytes, *(frame.size for frame in frames)])
+    # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
+    useful = max(LEGACY_FRAMES, -(-len(frames) // (3 * workers)))
+    apart = any(frame.header.compression != "none" for frame in frames)
+    affordable = MOST_BUFFER_BYTES // (workers * slot_bytes) - apart
+    slots = max(LEGACY_FRAMES if pairs else 2, min(MOST_SLOTS, useful, affordable))
+    return replace(how, slots=slots, slot_bytes=slot_bytes)

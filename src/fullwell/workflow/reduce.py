@@ -14,6 +14,7 @@ from fullwell.errors import UsageError
 from fullwell.findings import Finding
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import Exclusion, Kind, Series, SeriesKey, Study
+from fullwell.statistics.first_look import FirstFrames
 from fullwell.statistics.moments import Layout
 from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.series import SeriesStatistics
@@ -44,6 +45,8 @@ class Reduction:
     sums
         By `Series.key`, in the study's order: sum over the good frames of each pixel, shape (height, width), of series
         whose kinds were to be kept; read-only [DN].
+    first
+        By the same key: what the first frames tell one by one, as far as it is known.
 
     """
 
@@ -52,6 +55,7 @@ class Reduction:
     excluded: tuple[Exclusion, ...]
     findings: tuple[Finding, ...]
     sums: Mapping[SeriesKey, PixelSums] = field(default_factory=dict)
+    first: Mapping[SeriesKey, FirstFrames] = field(default_factory=dict)
 
 
 def reduce_study(
@@ -215,7 +219,7 @@ class _Desk:
             sums = self.outcomes[one.key].sums
             if sums is not None:
                 self._sums.forget(sums)
-            self.outcomes[one.key] = replace(self.outcomes[one.key], sums=None)
+            self.outcomes[one.key] = replace(self.outcomes[one.key], sums=None, first=None)
 
     def _look_up(self, *, workers: int, progress: Progress | None) -> list[Series]:
         """Take what is known of the series, and return those that must be read."""
@@ -256,4 +260,5 @@ def _reduction(series: Sequence[Series], outcomes: Mapping[SeriesKey, SeriesOutc
         excluded=excluded,
         findings=exclusion_findings(excluded),
         sums={key: outcome.sums for key, outcome in found if outcome.sums is not None},
+        first={key: outcome.first for key, outcome in found if outcome.first is not None},
     )

@@ -1,14 +1,15 @@
 """Who reads which frame: series are opened one after the other, and never more at once than there is memory for."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from threading import Condition, Event
 
 from fullwell.frames.series import Series
 from fullwell.statistics.accumulation import Accumulation
 from fullwell.statistics.moments import Layout
-from fullwell.workflow.executor import POLL_S
+from fullwell.workflow.executor import POLL_S, Progress
 from fullwell.workflow.parts import UNLIT, Group, Record, first_frames, groups_of, in_order
+from fullwell.workflow.stream import LostFrameError
 
 
 class OpenSeries:
@@ -24,22 +25,33 @@ class OpenSeries:
         Its frames.
     pairs
         Whether its first two frames are wanted together.
+    record
+        What is known of its files, where they are read again: frames that are left out are not.
 
     """
 
-    def __init__(self, series: Series, *, pairs: bool = False) -> None:
+    def __init__(self, series: Series, *, pairs: bool = False, record: Record | None = None) -> None:
         frames, own = in_order(series), first_frames(series, pairs=pairs)
+        if record is not None:
+            frames = list(record.good(frames))
         self.series = series
         self.first = groups_of(frames[:own])
         self.rest = deque(groups_of(frames[own:]))
         self.busy = 0
         self.begun = Event()
-        self.record = Record()
+        self.record = record or Record()
+        self.spoilt = False
         self._sums: Accumulation | None = None
 
     def open(self, sums: Accumulation) -> None:
         """Take empty sums to add to."""
         self._sums = sums
+
+    def lose(self, lost: LostFrameError) -> None:
+        """Leave a frame out that failed while it was added, so that the sums are of no use."""
+        self.record.exclude(lost.frame, lost.cause)
+        self.spoilt = True
+        self.begun.set()
 
     def release(self) -> Accumulation:
         """Let the sums go."""
@@ -65,12 +77,16 @@ class Schedule:
         Series that may be open at once.
     pairs
         As `OpenSeries`.
+    progress
+        Told of every frame.
 
     """
 
-    def __init__(self, series: Sequence[Series], *, most_open: int, pairs: bool = False) -> None:
+    def __init__(
+        self, series: Sequence[Series], *, most_open: int, pairs: bool = False, progress: Progress | None = None
+    ) -> None:
         self._pairs = pairs
-        self._waiting = deque(series)
+        self._waiting = deque((one, Record(progress=progress)) for one in series)
         self._open: list[OpenSeries] = []
         self._spare: list[Accumulation] = []
         self._most_open = most_open
@@ -85,7 +101,8 @@ class Schedule:
                         opened.busy += 1
                         return opened, False
                 if self._waiting and len(self._open) < self._most_open:
-                    opened = OpenSeries(self._waiting.popleft(), pairs=self._pairs)
+                    series, record = self._waiting.popleft()
+                    opened = OpenSeries(series, pairs=self._pairs, record=record)
                     opened.busy += 1
                     self._open.append(opened)
                     return opened, True
@@ -94,10 +111,16 @@ class Schedule:
                 self._changed.wait(POLL_S)
         return None
 
-    def next_group(self, opened: OpenSeries) -> Group | None:
-        """Return the next of the frames that are anybody's, or None when all are taken."""
+    def next_groups(self, opened: OpenSeries, *, workers: int) -> Generator[Group]:
+        """Yield some of the frames that are anybody's: not so many that other threads wait for the last of them."""
         with self._changed:
-            return opened.rest.popleft() if opened.rest else None
+            most = -(-len(opened.rest) // workers)
+        for _ in range(most):
+            with self._changed:
+                if not opened.rest:
+                    return
+                group = opened.rest.popleft()
+            yield group
 
     def wait_for_burst(self, opened: OpenSeries, stop: Event) -> bool:
         """Return True once the first frames of a series have been added, False where all shall stop."""
@@ -119,11 +142,15 @@ class Schedule:
             spare = self._spare.pop() if self._spare else None
         if spare is not None:
             spare.clear(unlit=unlit)
-        opened.open(spare or Accumulation(layout, unlit=unlit))
+        sums = spare or Accumulation(layout, unlit=unlit)
+        sums.expect([frame.name for frame in in_order(opened.series)])
+        opened.open(sums)
 
-    def close(self, opened: OpenSeries) -> None:
-        """Let a finished series go, so that the next may be opened."""
+    def close(self, opened: OpenSeries, *, again: bool = False) -> None:
+        """Let a finished series go, so that the next may be opened; or the same once more, without its lost frames."""
         with self._changed:
+            if again:
+                self._waiting.appendleft((opened.series, opened.record))
             self._spare.append(opened.release())
             self._open.remove(opened)
             self._changed.notify_all()

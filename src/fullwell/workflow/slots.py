@@ -1,6 +1,7 @@
-"""Raw files are read into memory that is used again and again."""
+"""Raw files are read into memory that is used again and again: uncompressed ones strip by strip, others as a whole."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from threading import Event
 from typing import Final
 
 import numpy as np
@@ -9,14 +10,23 @@ from xxhash import xxh3_128
 
 from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
-from fullwell.kernels.stack import Stack
+from fullwell.kernels.stack import Band, Stack
 from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import Layout
+from fullwell.workflow.stream import Stream, streams
 
+Told = Callable[[Frame, str], None]
+
+MOST_FRAMES: Final = 32
+"""Files that are open at once: the more, the more rarely sums go to memory and back."""
 _LINE: Final = 64
 _PIECE: Final = 1 << 18
+
+
+class StoppedError(Exception):
+    """The work is called off."""
 
 
 class Slots:
@@ -27,39 +37,48 @@ class Slots:
     slots
         Files that fit at once.
     slot_bytes
-        Room for the largest file, and for the largest mosaic.
+        Room for the largest file, and for the largest mosaic; or for a strip, where all are read strip by strip.
     layout
         Size of every frame's visible mosaic.
+    stop
+        Set where what is under way shall end.
 
     """
 
-    def __init__(self, *, slots: int, slot_bytes: int, layout: Layout) -> None:
+    def __init__(self, *, slots: int, slot_bytes: int, layout: Layout, stop: Event | None = None) -> None:
         self.slot_bytes = -(-slot_bytes // _LINE) * _LINE
+        self._strip_bytes = -(-layout.strip_bytes // _LINE) * _LINE
         self._block = np.empty(slots * self.slot_bytes, np.uint8)
         self._codes = self._block.view(np.uint16)
         self._shape = (layout.height, layout.width)
+        self._stop = stop
         self._compressed: NDArray[np.uint8] | None = None
-        self._starts: list[int] = []
+        self._used = 0
         self._places: dict[str, int] = {}
+        self._starts: list[int] = []
+        self._streams: list[tuple[int, Stream, Told]] = []
 
     def fits(self, files: int) -> bool:
         """Return whether there is room for so many more."""
-        return (len(self._starts) + files) * self.slot_bytes <= self._block.nbytes
+        enough = self._used + files * self.slot_bytes <= self._block.nbytes
+        return enough and len(self._starts) + files <= MOST_FRAMES
 
     @property
     def empty(self) -> bool:
         """Return whether there is no mosaic."""
         return not self._starts
 
-    def read(self, frame: Frame, hashes: dict[str, str]) -> None:
-        """Read a file, hash it and decode it; a file that fails takes no room.
+    def read(self, frame: Frame, told: Told, *, whole: bool = False) -> None:
+        """Read a file, hash it and decode it, or open it to be read when it is added; one that fails takes no room.
 
         Parameters
         ----------
         frame
             The file.
-        hashes
-            Where its hash is put, by name, once it has been read; also if it cannot be decoded then.
+        told
+            Told of its hash once it has been read; also if it cannot be decoded then.
+        whole
+            Whether all of its mosaic must be there at once.
 
         Raises
         ------
@@ -69,16 +88,33 @@ class Slots:
             The file cannot be decoded.
 
         """
-        first = len(self._starts) * self.slot_bytes
+        if not whole and streams(frame) and self._open(frame, told):
+            return
+        first = self._used
         slot = self._block[first : first + self.slot_bytes]
         stored = slot if frame.header.compression == "none" else self._apart()
-        data, hashes[frame.name] = _read_into(frame.header, stored.data)
+        data, digest = _read_into(frame.header, stored.data)
+        told(frame, digest)
         target = slot[: 2 * self._shape[0] * self._shape[1]].view(np.uint16).reshape(self._shape)
         mosaic = decode(frame.header, data, out=None if stored is slot else target)
         if mosaic.shape != self._shape:
             raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
+        self._take(frame, start=self._place(mosaic, first), size=self.slot_bytes)
+
+    def _open(self, frame: Frame, told: Told) -> bool:
+        """Open a file to be read strip by strip; a file that has lost some of its pixels is better read as a whole."""
+        stream = Stream(frame, self._block[self._used : self._used + self._strip_bytes])
+        if not stream.complete:
+            stream.close()
+            return False
+        self._streams.append((len(self._starts), stream, told))
+        self._take(frame, start=self._used // 2, size=self._strip_bytes)
+        return True
+
+    def _take(self, frame: Frame, *, start: int, size: int) -> None:
         self._places[frame.name] = len(self._starts)
-        self._starts.append(self._place(mosaic, first))
+        self._starts.append(start)
+        self._used += size
 
     def _apart(self) -> NDArray[np.uint8]:
         """Return memory for a file whose mosaic is decoded into its slot, taken once."""
@@ -91,9 +127,11 @@ class Slots:
         codes = self._codes.view()
         codes.flags.writeable = False
         at = self._places
-        return Batch(
+        return _Passing(
             tuple(at),
             Stack(codes, np.array(self._starts, dtype=np.int64), self._shape[1]),
+            streams=tuple(self._streams),
+            stop=self._stop,
             pairs=[
                 (at[group[0].name], at[group[1].name])
                 for group in groups
@@ -103,6 +141,10 @@ class Slots:
 
     def clear(self) -> None:
         """Make room for other files."""
+        for _place, stream, _told in self._streams:
+            stream.close()
+        self._streams.clear()
+        self._used = 0
         self._starts.clear()
         self._places.clear()
 
@@ -115,6 +157,47 @@ class Slots:
         target = self._codes[start : start + mosaic.size].reshape(mosaic.shape)
         np.copyto(target, mosaic)
         return start
+
+
+class _Passing(Batch):
+    """Frames some of which are read while they are added.
+
+    Parameters
+    ----------
+    names, stack, pairs
+        As in `Batch`; a frame that is read while it is added begins where its strips come to lie.
+    streams
+        Such frames: place in the stack, file, and who is told of its hash.
+    stop
+        Set where reading shall end.
+
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        stack: Stack,
+        *,
+        pairs: Sequence[tuple[int, int]],
+        streams: Sequence[tuple[int, Stream, Told]],
+        stop: Event | None,
+    ) -> None:
+        super().__init__(names, stack, pairs=pairs)
+        self._streams = streams
+        self._stop = stop
+        self._height = max((stream.frame.header.height for _place, stream, _told in streams), default=0)
+
+    def rows(self, strip: Band) -> Stack:
+        """Read a strip, from the top to the bottom, and return where it lies."""
+        starts = self.stack.starts.copy()
+        if self._stop is not None and self._stop.is_set():
+            raise StoppedError
+        for place, stream, told in self._streams:
+            stream.read(strip)
+            starts[place] -= strip.top * self.stack.width
+            if strip.bottom == self._height:
+                told(stream.frame, stream.hash)
+        return Stack(self.stack.codes, starts, self.stack.width)
 
 
 def _read_into(header: RawHeader, slot: memoryview) -> tuple[memoryview, str]:

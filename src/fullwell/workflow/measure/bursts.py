@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from fullwell.frames.series import MEASURED_KINDS, Kind, Series, SeriesKey, Study
+from fullwell.statistics.first_look import FirstFrames
 from fullwell.statistics.pixels import PixelSums
 from fullwell.statistics.series import PlaneStatistics, SeriesStatistics
 
@@ -18,12 +19,15 @@ class Burst:
         The frames and their numbers.
     sums
         Sum over the frames of each pixel, shape (height, width) [DN]; None where it was not kept.
+    first
+        What the first frames tell one by one; None where it is not known.
 
     """
 
     series: Series
     statistics: SeriesStatistics
     sums: PixelSums | None = None
+    first: FirstFrames | None = None
 
     @property
     def kind(self) -> Kind:
@@ -44,6 +48,10 @@ class Burst:
     def cell(self) -> int:
         """Return the period of the mosaic [pixel]."""
         return _cell(len(self.statistics.planes))
+
+    def without_pixels(self) -> "Burst":
+        """Return the burst without its sums and the middles of its first frames."""
+        return replace(self, sums=None, first=None if self.first is None else replace(self.first, middles=None))
 
     def plane(self, channel: str) -> PlaneStatistics:
         """Return the statistics of one channel."""
@@ -107,6 +115,7 @@ def group_by_iso(
     study: Study,
     statistics: Mapping[SeriesKey, SeriesStatistics],
     sums: Mapping[SeriesKey, PixelSums] | None = None,
+    first: Mapping[SeriesKey, FirstFrames] | None = None,
 ) -> tuple[IsoBursts, ...]:
     """Group the bursts that survived reduction by ISO, in ascending order.
 
@@ -118,12 +127,19 @@ def group_by_iso(
         Statistics by the key of the series; series without usable frames are absent.
     sums
         Sums over frames of each pixel by the same key, as far as they were kept.
+    first
+        What the first frames tell one by one, by the same key.
 
     """
     groups: list[IsoBursts] = []
     for iso in study.isos:
         every = [
-            Burst(series=series, statistics=statistics[series.key], sums=(sums or {}).get(series.key))
+            Burst(
+                series=series,
+                statistics=statistics[series.key],
+                sums=(sums or {}).get(series.key),
+                first=(first or {}).get(series.key),
+            )
             for series in study.select(*MEASURED_KINDS, iso=iso)
             if series.key in statistics
         ]
@@ -162,12 +178,12 @@ def _together(iso: float | None, every: Sequence[Burst]) -> IsoBursts:
     )
 
 
-def without_sums(bursts: IsoBursts) -> IsoBursts:
-    """Return bursts that hold no sums, so that these can be let go."""
+def without_pixels(bursts: IsoBursts) -> IsoBursts:
+    """Return bursts that hold no pixels, so that these can be let go."""
     flats, darks, biases = (
-        tuple(replace(burst, sums=None) for burst in group) for group in (bursts.flats, bursts.darks, bursts.biases)
+        tuple(burst.without_pixels() for burst in group) for group in (bursts.flats, bursts.darks, bursts.biases)
     )
-    elsewhere = tuple(without_sums(other) for other in bursts.elsewhere)
+    elsewhere = tuple(without_pixels(other) for other in bursts.elsewhere)
     return replace(bursts, flats=flats, darks=darks, biases=biases, elsewhere=elsewhere)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from fullwell.frames.series import Study
 from fullwell.workflow.executor import one_algebra_thread
-from fullwell.workflow.measure.bursts import IsoBursts, without_sums
+from fullwell.workflow.measure.bursts import IsoBursts, without_pixels
 from fullwell.workflow.measure.dark_current import measure_dark_current
 from fullwell.workflow.measure.dark_noise import measure_dark_noise
 from fullwell.workflow.measure.dark_variance import measure_dark_variance
@@ -59,11 +59,11 @@ class IsoMeasurement:
     shadings: tuple[BurstShading, ...]
 
 
-def without_pixels(measured: IsoMeasurement) -> IsoMeasurement:
+def without_maps(measured: IsoMeasurement) -> IsoMeasurement:
     """Return what was measured without its maps and sums, so that these can be let go."""
-    shadings = tuple(replace(one, burst=replace(one.burst, sums=None)) for one in measured.shadings)
+    shadings = tuple(replace(one, burst=one.burst.without_pixels()) for one in measured.shadings)
     maps = IsoMaps(channels=(), mosaics={})
-    return replace(measured, bursts=without_sums(measured.bursts), maps=maps, shadings=shadings)
+    return replace(measured, bursts=without_pixels(measured.bursts), maps=maps, shadings=shadings)
 
 
 def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequence[str] = ()) -> IsoMeasurement:

@@ -1,6 +1,6 @@
 """A second look at two unlit and two lit frames of each ISO: neighbours' noise, and masked pixels."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 from fullwell.errors import RawFileError
 from fullwell.frames.series import Frame, Kind
 from fullwell.raw.open import decode, read_bytes
+from fullwell.statistics.first_look import middle
 from fullwell.statistics.noise_correlation import NoiseCorrelation, noise_correlation
 from fullwell.workflow.executor import in_threads
-from fullwell.workflow.masked import MaskedArea, MaskedSums, masked_area, masked_sums
+from fullwell.workflow.masked import MaskedArea, MaskedSums, has_masked, masked_area, masked_sums
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.read_noise import choose_burst
 from fullwell.workflow.measure.white_level import WhiteLevel
 
-LARGEST_SIDE: Final = 1024
-"""Of the middle of a frame that neighbours are compared in [pixel]."""
 SMALLEST_SIDE: Final = 32
 """Of a plane, from where on they are [pixel]."""
 
@@ -95,16 +94,26 @@ def _brightest(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> Burst | None:
 def _look(burst: Burst, masked: list[tuple[MaskedSums, ...]], *, workers: int) -> PairLook | None:
     frames = [frame for frame in burst.series.frames if frame.name in burst.statistics.frames][:2]
 
+    names = tuple(frame.name for frame in frames)
+    known = None if burst.first is None or burst.first.frames[:2] != names else burst.first.middles
+    if known is not None and not any(has_masked(frame.header) for frame in frames):
+        return _compared(burst, names, known)
+
     def read(frame: Frame) -> tuple[NDArray[np.uint16], tuple[MaskedSums, ...]]:
         data = read_bytes(frame.header)
-        return _middle(decode(frame.header, data), burst.cell), masked_sums(frame.header, data)
+        mosaic = decode(frame.header, data)
+        return mosaic[middle(mosaic.shape, burst.cell)].copy(), masked_sums(frame.header, data)
 
     try:
         found = in_threads(read, frames, workers=workers)
     except (RawFileError, OSError):
         return None
-    middles = [middle for middle, _ in found]
     masked += [sums for _, sums in found]
+    return _compared(burst, names, [mosaic for mosaic, _ in found])
+
+
+def _compared(burst: Burst, names: tuple[str, ...], middles: Iterable[NDArray[np.uint16]]) -> PairLook | None:
+    """Compare the neighbours in the middles of two frames, None where there are too few."""
     cell = burst.cell
     planes = [[one[site // cell :: cell, site % cell :: cell] for one in middles] for site in range(cell * cell)]
     if min(planes[-1][0].shape) < SMALLEST_SIDE:
@@ -112,13 +121,6 @@ def _look(burst: Burst, masked: list[tuple[MaskedSums, ...]], *, workers: int) -
     return PairLook(
         kind=burst.kind,
         exposure_s=burst.exposure_s,
-        files=tuple(frame.name for frame in frames),
+        files=names,
         correlations=tuple(noise_correlation(*pair) for pair in planes),
     )
-
-
-def _middle(mosaic: NDArray[np.uint16], cell: int) -> NDArray[np.uint16]:
-    """Return a copy of the middle of a mosaic that begins on a whole cell."""
-    tops = [max(0, (side - LARGEST_SIDE) // 2) // cell * cell for side in mosaic.shape]
-    top, left = tops
-    return mosaic[top : top + LARGEST_SIDE, left : left + LARGEST_SIDE].copy()

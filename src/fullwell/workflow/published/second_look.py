@@ -64,6 +64,18 @@ def used_frames(burst: Burst) -> tuple[Frame, ...]:
     return tuple(sorted((one for one in burst.series.frames if one.name in names), key=lambda frame: frame.name))
 
 
+def _first_frames(burst: Burst) -> tuple[Frame, ...]:
+    return used_frames(burst)[:LEGACY_FRAMES]
+
+
+def _known(burst: Burst) -> bool:
+    """Whether the first frames were looked at together when they were read."""
+    first = burst.first
+    return (
+        first is not None and bool(first.products) and first.frames == tuple(one.name for one in _first_frames(burst))
+    )
+
+
 def frame_exposure_s(burst: Burst, frame: Frame) -> float:
     """Return a frame's own exposure, its burst's where it has none [s]."""
     return burst.exposure_s if frame.header.exposure_s is None else frame.header.exposure_s
@@ -93,7 +105,7 @@ def look_again(
         Told of every frame.
 
     """
-    unlit = [(group.iso, used_frames(burst)[:LEGACY_FRAMES]) for group in groups if (burst := choose_burst(group))]
+    unlit = [(group.iso, burst) for group in groups if (burst := choose_burst(group))]
     lowest = base_group(groups)
     flats = (
         [] if base is None or lowest is None else [(one, frame) for one in lowest.flats for frame in used_frames(one)]
@@ -113,7 +125,8 @@ def look_again(
     tasks = deque[tuple[Callable[[int], None], int]]()
     tasks.extend((read_noise, index) for index in range(len(unlit)))
     tasks.extend((spread, index) for index in range(len(flats)))
-    every = [*(frame for _, frames in unlit for frame in frames), *(frame for _, frame in flats)]
+    anew = [frame for _, burst in unlit if not _known(burst) for frame in _first_frames(burst)]
+    every = [*anew, *(frame for _, frame in flats)]
     if progress is not None and every:
         progress.start(len(every))
     run_threads(_taker(tasks), workers=_workers(workers, every, len(tasks)))
@@ -160,8 +173,14 @@ class _Look:
         self._progress = progress
         self._failed: dict[str, str] = {}
 
-    def repeats(self, iso: float | None, frames: Sequence[Frame]) -> ReadNoiseRepeats | None:
-        """Return both flows of each frame that can be read, None where fewer than two can."""
+    def repeats(self, iso: float | None, burst: Burst) -> ReadNoiseRepeats | None:
+        """Return both flows of each of the first frames that can be read, None where fewer than two can."""
+        frames, planes = _first_frames(burst), burst.statistics.planes
+        if burst.first is not None and _known(burst):
+            means = [sum(plane.n * plane.frame_means[at] for plane in planes) for at in range(len(frames))]
+            sums = [round(total) for total in means]
+            n = sum(plane.n for plane in planes)
+            return read_noise_repeats(burst.first.frames, sums, burst.first.products, iso=iso, n=n)
         mosaics = [(frame.name, mosaic) for frame in frames if (mosaic := self._mosaic(frame)) is not None]
         if len(mosaics) < 2:
             return None

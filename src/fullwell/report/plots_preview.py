@@ -1,24 +1,27 @@
 """What a raw file looks like, on one sheet: the picture, its colour planes, its codes; and the four CFA orders."""
 
-import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fullwell.report.plots import INK, QUIET, color_of, log_axis, stepped, style
+from fullwell.report.canvas import color_of, log_axis, stepped
+from fullwell.report.drawing import GRAYS, Axes, Colors, Figure, key, shades
+from fullwell.report.drawing.style import QUIET, LineStyle
+from fullwell.report.typesetting import png_of
 
 _SIZE_IN: Final = (13.0, 9.4)
 _SHEET_IN: Final = (13.0, 6.6)
 _DPI: Final = 130
+_UPPER: Final = 0.63
+_LEFT: Final = 0.6
+"""Shares of the sheet for all images, and of those for the picture."""
+_BETWEEN: Final = 0.02
+_CRISP: Final = 200
+"""Pixels along the longer side up to which each of them is shown as a square."""
 _MOST_STEPS: Final = 1500
 """Codes drawn one by one; where there are more, neighbours are counted together."""
 _LEAST_NEAR: Final = 16
@@ -84,18 +87,13 @@ class OrderView:
 
 def preview_png(preview: Preview) -> bytes:
     """Return the sheet of one file as a PNG."""
-    with style():
-        figure = Figure(figsize=_SIZE_IN, layout="constrained")
-        figure.suptitle(preview.title, x=0.008, ha="left", fontsize=13, fontweight="bold")
-        above, below = np.ravel(figure.subfigures(2, 1, squeeze=False, height_ratios=(1.75, 1.0)))
-        above.suptitle(preview.subtitle, x=0.008, ha="left", fontsize=9.5, color=QUIET)
-        left, right = np.ravel(above.subfigures(1, 2, squeeze=False, width_ratios=(1.55, 1.0)))
-        seen = left.subplots()
-        _show(seen, preview.picture, title="Picture")
-        seen.set_xlabel(preview.caption, fontsize=8, color=QUIET)
-        _draw_planes(right, preview.planes)
-        _draw_codes(below, preview.planes)
-        return _png(figure)
+    figure = _sheet(_SIZE_IN, preview.title, preview.subtitle)
+    (seen,) = figure.subplots(part=(0.0, 0.0, _LEFT, _UPPER))
+    _show(seen, preview.picture, title="Picture")
+    seen.set_xlabel(preview.caption, size=8.0, color=QUIET)
+    _draw_planes(figure, preview.planes)
+    _draw_codes(figure, preview.planes)
+    return png_of(figure.svg(), per_inch=_DPI)
 
 
 def orders_png(title: str, subtitle: str, views: Sequence[OrderView]) -> bytes:
@@ -109,43 +107,44 @@ def orders_png(title: str, subtitle: str, views: Sequence[OrderView]) -> bytes:
         One per order.
 
     """
-    with style():
-        figure = Figure(figsize=_SHEET_IN, layout="constrained")
-        figure.suptitle(title, x=0.008, ha="left", fontsize=13, fontweight="bold")
-        (body,) = np.ravel(figure.subfigures(1, 1, squeeze=False))
-        body.suptitle(subtitle, x=0.008, ha="left", fontsize=9.5, color=QUIET)
-        height, width, _colours = views[0].picture.shape
-        axes = body.subplots(2, len(views), squeeze=False, height_ratios=(height / width, 1.0))
-        for column, view in enumerate(views):
-            _show(axes[0, column], view.picture, title=view.order)
-            _show(axes[1, column], view.detail, title="")
-            axes[1, column].set_xlabel("detail, pixel by pixel", fontsize=8, color=QUIET)
-        return _png(figure)
+    figure = _sheet(_SHEET_IN, title, subtitle)
+    height, width, _colours = views[0].picture.shape
+    axes = figure.subplots(2, len(views), heights=(height / width, 1.0))
+    for above, below, view in zip(axes, axes[len(views) :], views, strict=False):
+        _show(above, view.picture, title=view.order)
+        _show(below, view.detail, title="")
+        below.set_xlabel("detail, pixel by pixel", size=8.0, color=QUIET)
+    return png_of(figure.svg(), per_inch=_DPI)
 
 
-def _draw_planes(figure: SubFigure, planes: Sequence[Plane]) -> None:
+def _sheet(size_in: tuple[float, float], title: str, subtitle: str) -> Figure:
+    figure = Figure(size_in)
+    figure.suptitle(title)
+    figure.suptitle(subtitle, size=9.5, color=QUIET, bold=False)
+    return figure
+
+
+def _draw_planes(figure: Figure, planes: Sequence[Plane]) -> None:
     across = math.ceil(math.sqrt(len(planes)))
-    axes = np.ravel(figure.subplots(across, across, squeeze=False))
+    axes = figure.subplots(across, across, part=(_LEFT + _BETWEEN, 0.0, 1.0, _UPPER))
     for panel, plane in zip(axes, planes, strict=True):
-        shades = LinearSegmentedColormap.from_list(plane.channel, ["#000000", color_of(plane.channel), "#ffffff"])
-        title = f"Plane {plane.channel}" if len(planes) > 1 else "Centre, pixel by pixel"
-        _show(panel, plane.image, title=title, shades=shades if len(planes) > 1 else "gray")
+        if len(planes) > 1:
+            own = shades("#000000", color_of(plane.channel), "#ffffff")
+            _show(panel, plane.image, title=f"Plane {plane.channel}", colors=own)
+        else:
+            _show(panel, plane.image, title="Centre, pixel by pixel")
 
 
-def _show(
-    axes: Axes, image: NDArray[np.float32], *, title: str, shades: LinearSegmentedColormap | str = "gray"
-) -> None:
-    axes.imshow(image.clip(0.0, 1.0), cmap=shades, vmin=0.0, vmax=1.0, interpolation="nearest")
+def _show(axes: Axes, image: NDArray[np.float32], *, title: str, colors: Colors = GRAYS) -> None:
+    """Show display values from 0 to 1, of one colour or of three."""
+    values = np.rint(255.0 * image.clip(0.0, 1.0)).astype(np.uint8) if image.ndim == 3 else image
+    interpolation = "nearest" if max(image.shape[:2]) <= _CRISP else "smooth"
+    axes.imshow(values, cmap=colors, vmin=0.0, vmax=1.0, interpolation=interpolation)
     axes.set_title(title)
-    axes.grid(visible=False)
-    axes.set_xticks([])
-    axes.set_yticks([])
-    for side in axes.spines.values():
-        side.set_visible(False)
 
 
-def _draw_codes(figure: SubFigure, planes: Sequence[Plane]) -> None:
-    whole, near = figure.subplots(1, 2, width_ratios=(1.55, 1.0), sharey=True)
+def _draw_codes(figure: Figure, planes: Sequence[Plane]) -> None:
+    whole, near = figure.subplots(1, 2, widths=(1.55, 1.0), part=(0.0, _UPPER + _BETWEEN, 1.0, 1.0))
     highest = max(int(np.flatnonzero(plane.counts)[-1]) for plane in planes)
     top = max([highest, *(math.ceil(plane.white_level) for plane in planes if plane.white_level is not None)])
     _draw_range(whole, planes, first=0, last=top)
@@ -154,14 +153,16 @@ def _draw_codes(figure: SubFigure, planes: Sequence[Plane]) -> None:
     first, last, title = _detail(planes, highest)
     _draw_range(near, planes, first=first, last=last)
     near.set_title(title)
-    log_axis(whole, "y")
-    names = [Line2D([], [], color=color_of(one.channel), label=one.channel) for one in planes]
-    lines: list[Line2D] = []
+    near.tick_params(axis="y", labels=False)
+    ends = [*whole.get_ylim(), *near.get_ylim()]
+    for axes in (whole, near):
+        axes.set_ylim(min(ends), max(ends))
+    keys = [key(one.channel, color=color_of(one.channel)) for one in planes]
     if any(plane.black_level is not None for plane in planes):
-        lines.append(Line2D([], [], color=INK, linestyle="--", label="black level", linewidth=1.0))
+        keys.append(key("black level", linestyle="--", linewidth=1.0))
     if any(plane.white_level is not None for plane in planes):
-        lines.append(Line2D([], [], color=INK, linestyle=":", label="white level", linewidth=1.0))
-    figure.legend(handles=[*names, *lines], loc="outside upper right", ncols=len(names) + 2, fontsize=8)
+        keys.append(key("white level", linestyle=":", linewidth=1.0))
+    figure.legend(keys, loc="lower right", size=8.0)
 
 
 def _detail(planes: Sequence[Plane], highest: int) -> tuple[int, int, str]:
@@ -187,18 +188,12 @@ def _draw_range(axes: Axes, planes: Sequence[Plane], *, first: int, last: int) -
         counts[: part.size] = part
         together = counts.reshape(-1, width).sum(axis=1)
         codes, shown = stepped(first + width * np.arange(together.size, dtype=np.float64), together)
-        axes.step(codes, shown, where="post", color=color_of(plane.channel), linewidth=1.0)
-        for level, kind in ((plane.black_level, "--"), (plane.white_level, ":")):
+        axes.plot(codes, shown, drawstyle="steps-post", color=color_of(plane.channel), linewidth=1.0)
+        levels: tuple[tuple[float | None, LineStyle], ...] = ((plane.black_level, "--"), (plane.white_level, ":"))
+        for level, dashes in levels:
             if level is not None and first <= level <= last:
-                axes.axvline(level, color=color_of(plane.channel), linestyle=kind, linewidth=1.1)
+                axes.axvline(level, color=color_of(plane.channel), linestyle=dashes, linewidth=1.1)
     margin = 0.01 * (last - first)
     axes.set_xlim(first - margin, last + width + margin)
-    axes.set_yscale("log")
+    log_axis(axes, "y")
     axes.set_xlabel(f"DN, {width} codes together" if width > 1 else "DN")
-
-
-def _png(figure: Figure) -> bytes:
-    packed = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(packed, format="png", dpi=_DPI, metadata={"Software": None})
-    return packed.getvalue()

@@ -1,12 +1,10 @@
 """The measurements of a report in their order: what each shows, and which capture is missing where it shows nothing."""
 
-import os
 from collections.abc import Callable
 from typing import Final
 
 from fullwell.figures.results import Results
 from fullwell.report import plots_dark, plots_response, plots_transfer
-from fullwell.report.beside import beside
 from fullwell.report.chart_sections import chart_sections, charts_alone
 from fullwell.report.curves import Table, Value
 from fullwell.report.lens_section import lens_shading
@@ -19,7 +17,6 @@ from fullwell.report.material import (
     drawn,
     iso_label,
     iso_tabs,
-    isos_of,
     material_of,
     over_isos,
 )
@@ -27,33 +24,14 @@ from fullwell.report.noise_sections import dark_signal, lines, read_noise
 from fullwell.report.numbers import show_iso
 from fullwell.report.pattern_section import fixed_pattern
 from fullwell.report.pictures import Pictures
-from fullwell.report.plots import style
 from fullwell.units import DECIBEL
 
 
 def build_sections(results: Results, pictures: Pictures | None) -> tuple[Section, ...]:
     """Return every section of the report, pictures drawn."""
     material = material_of(results, pictures)
-    with style():
-        made = [] if charts_alone(material) else _measurements(material)
-        charts = chart_sections(material)
-        loop = loop_chapter(material)
-    return (*loop, *(section for section in made if section.shown), *charts)
-
-
-def _measurements(material: Material) -> list[Section]:
-    """Return the sections of `_MAKERS`; of several ISOs, whose pictures take seconds, two processes draw half each."""
-    if len(isos_of(material.rows)) < _MANY_ISOS or (os.cpu_count() or 1) < 2:
-        return [maker(material) for maker in _MAKERS]
-    with beside(_drawn_beside, material) as there:
-        here = iter([maker(material) for maker in _MAKERS if maker not in _BESIDE])
-        others = iter(there())
-    return [next(others if maker in _BESIDE else here) for maker in _MAKERS]
-
-
-def _drawn_beside(material: Material) -> list[Section]:
-    with style():
-        return [maker(material) for maker in _MAKERS if maker in _BESIDE]
+    made = [] if charts_alone(material) else [maker(material) for maker in _MAKERS]
+    return (*loop_chapter(material), *(section for section in made if section.shown), *chart_sections(material))
 
 
 def _against_iso(material: Material) -> Section:
@@ -216,7 +194,3 @@ _MAKERS: Final[tuple[Callable[[Material], Section], ...]] = (
     _exposure_series,
     _drift,
 )
-_BESIDE: Final = (_photon_transfer, lens_shading, fixed_pattern, _exposure_series)
-"""About half of the work, but for loading what draws."""
-
-_MANY_ISOS: Final = 3

@@ -15,7 +15,6 @@ from fullwell.report.datasheet.missing import missing_items, reason_of
 from fullwell.report.datasheet.tables import THINNING
 from fullwell.report.numbers import MISSING, show_interval, show_iso, show_plain, show_unit, show_value
 from fullwell.report.pivots import title_of
-from fullwell.report.plots import style
 from fullwell.report.plots_emva import Legend
 from fullwell.units import Measured
 
@@ -51,11 +50,10 @@ def build_datasheet(results: Results) -> Datasheet | None:
         for iso, temperature_c in (condition,)
     ]
     emva = record(results, "emva")
-    with style():
-        made = [
-            _point(results, title, curves, _at(rows, condition), profile)
-            for (title, curves), condition in zip(points, conditions, strict=True)
-        ]
+    made = [
+        _point(results, title, curves, _at(rows, condition), profile)
+        for (title, curves), condition in zip(points, conditions, strict=True)
+    ]
     model = " ".join(part for part in (text_of(emva.get("vendor")), text_of(emva.get("model"))) if part)
     return Datasheet(
         camera=model or text_of(record(results, "camera").get("name")) or "Unnamed camera",

@@ -13,10 +13,13 @@ from fullwell.report.drawing.geometry import Array, Box, View
 from fullwell.report.drawing.pen import Pen
 
 Interpolation: TypeAlias = Literal["nearest", "smooth"]
+Values: TypeAlias = NDArray[np.float64] | NDArray[np.float32] | NDArray[np.uint8]
 
 _PALETTE: Final = 3 * 256
 _KNOWN: Final = 254
 """Last index of the colours of a palette; the one behind stands for what is unknown."""
+_PER_POINT: Final = 2.2
+"""Pixels of a point of length that are kept at most: no screen and no print shows more."""
 _JPEG_QUALITY: Final = 92
 
 
@@ -84,7 +87,7 @@ class Shown:
 
     """
 
-    values: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.uint8]
+    values: Values
     colors: Colors
     low: float
     high: float
@@ -98,7 +101,7 @@ class Shown:
         left, right, bottom, top = self.extent
         x, y = view.across(np.array([left, right])), view.down(np.array([top, bottom]))
         box = Box(left=float(x[0]), top=float(y[0]), width=float(x[1] - x[0]), height=float(y[1] - y[0]))
-        pen.image(self._uri(), box, crisp=self.crisp)
+        pen.image(self._uri(_seen(self.values, box) if self.crisp else self.values), box, crisp=self.crisp)
 
     def covered(self, view: View) -> Array:
         """Return a grid over it."""
@@ -106,14 +109,26 @@ class Shown:
         x, y = np.meshgrid(view.box.left + share * view.box.width, view.box.top + share * view.box.height)
         return np.column_stack([x.ravel(), y.ravel()])
 
-    def _uri(self) -> str:
-        if self.values.ndim == 3:
-            return (png_uri if self.crisp else jpeg_uri)(self.values.astype(np.uint8))
-        values = self.values.astype(float)
-        share = (values - self.low) / ((self.high - self.low) or 1.0)
+    def _uri(self, values: Values) -> str:
+        if values.ndim == 3:
+            return (png_uri if self.crisp else jpeg_uri)(values.astype(np.uint8))
+        share = (values.astype(float) - self.low) / ((self.high - self.low) or 1.0)
         count = min(len(self.colors.table), _KNOWN + 1)
         known = np.isfinite(share)
         indices = np.clip(np.where(known, share, 0.0) * count, 0, count - 1).astype(np.uint8)
         palette = self.colors.at(np.linspace(0.0, 1.0, count))
         shown = np.where(known, indices, count).astype(np.uint8)
         return palette_uri(shown, palette, opacity=b"\xff" * count + b"\0")
+
+
+def _seen(values: Values, box: Box) -> Values:
+    """Return no more pixels than a box of this size can show, each as it is."""
+    kept = [
+        np.unique(np.linspace(0, count - 1, min(count, max(int(length * _PER_POINT), 1))).round().astype(np.intp))
+        for count, length in zip(values.shape[:2], (box.height, box.width), strict=True)
+    ]
+    return (
+        values
+        if all(len(one) == count for one, count in zip(kept, values.shape, strict=False))
+        else values[np.ix_(*kept)]
+    )

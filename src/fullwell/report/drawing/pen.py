@@ -179,14 +179,30 @@ def number(value: float) -> str:
 
 def polyline(x: Array, y: Array) -> str:
     """Return the path through points, which NaN part."""
-    return "".join(polygon(*piece, close=False) for piece in _pieces(x, y))
+    return "".join(_line(_rounded(*piece)) for piece in _pieces(x, y))
 
 
-def polygon(x: Array, y: Array, *, close: bool = True) -> str:
-    """Return a path through points, all of them known."""
-    places = np.round(np.column_stack([x, y]), 2) + 0.0
-    path = ("L%.6g %.6g" * len(places)) % tuple(places.ravel().tolist())
-    return f"M{path[1:]}{'Z' if close else ''}" if path else ""
+def polygon(x: Array, y: Array) -> str:
+    """Return the closed path through points, all of them known."""
+    places = _rounded(x, y)
+    return f"M{_listed(places)}Z" if len(places) else ""
+
+
+def _line(places: Array) -> str:
+    """Return an open path: of steps each is one number."""
+    level, upright = (np.diff(places[:, along]) == 0.0 for along in (1, 0))
+    if not np.all(level | upright):
+        return f"M{_listed(places)}"
+    turns = "".join("H%.6g" if one else "V%.6g" for one in level.tolist())
+    return f"M{_listed(places[:1])}" + turns % tuple(np.where(level, places[1:, 0], places[1:, 1]).tolist())
+
+
+def _rounded(x: Array, y: Array) -> Array:
+    return np.round(np.column_stack([x, y]), 2) + 0.0
+
+
+def _listed(places: Array) -> str:
+    return (("L%.6g %.6g" * len(places)) % tuple(places.ravel().tolist()))[1:]
 
 
 def rectangle_path(box: Box) -> str:

@@ -7,15 +7,13 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from PIL import Image
 
-from fullwell.report.canvas import Picture
+from fullwell.report.canvas import Picture, drawing_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 def parsed(picture: Picture) -> ET.Element:
-    kind, _, packed = picture.uri.partition(",")
-    assert kind == "data:image/svg+xml;base64"
-    return ET.fromstring(base64.b64decode(packed))  # noqa: S314 - a drawing of our own
+    return ET.fromstring(drawing_of(picture))  # noqa: S314 - a drawing of our own
 
 
 def points(picture: Picture, *, stroke: str, fill: str) -> int:

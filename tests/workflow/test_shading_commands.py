@@ -169,8 +169,9 @@ def test_bursts_of_one_lens_do_not_differ(study: Path, fitted: ShadingOutcome, t
         largest = np.nanmax(np.abs(opened["R.difference"] / opened["R.std_error"]))
         expected = next(one["largest_over_error"] for one in tests if one["channel"] == "R")
         assert largest == pytest.approx(expected, rel=1e-5)
-    with Image.open(tmp_path / "out" / "difference.png") as opened:
-        assert opened.size[0] > 600
+    for name in ("difference.png", "over_error.png"):
+        with Image.open(tmp_path / "out" / name) as opened:
+            assert (opened.format, opened.width) == ("PNG", 1380)
 
 
 def test_another_lens_differs(fitted: ShadingOutcome, tmp_path: Path) -> None:

@@ -175,6 +175,11 @@ def picture(figure: Figure, *, alt: str, caption: str) -> Picture:
     return picture_of(figure.svg(), alt=alt, caption=caption)
 
 
+def drawing_of(picture: Picture) -> bytes:
+    """Return the SVG of a picture."""
+    return base64.b64decode(picture.uri.partition(",")[2])
+
+
 def picture_of(drawing: bytes, *, alt: str, caption: str) -> Picture:
     """Return an SVG as a picture."""
     encoded = base64.b64encode(drawing).decode("ascii")

@@ -1,6 +1,5 @@
 """``fullwell shading compare``: whether the shading is the same at every exposure and ISO, beyond its errors."""
 
-import base64
 import csv
 import io
 import time
@@ -29,6 +28,8 @@ from fullwell.workflow.shading.folder import (
 from fullwell.workflow.shading.saved import by_iso_and_exposure, map_files, saved_maps
 
 TABLE: Final = "comparison.csv"
+_PER_INCH: Final = 150.0
+"""Pixels of the pictures."""
 _COLUMNS: Final = ("iso", "exposure_s", "channel", "rms", "largest_over_error", "chi_square", "dof", "p_value", "scale")
 
 
@@ -162,14 +163,14 @@ def _save(path: Path, one: MapDifference) -> None:
 
 def _draw(folder: Path, differences: Sequence[MapDifference]) -> None:
     """Write the grid of difference pictures, in percent and in standard errors."""
-    from fullwell.report.plots import style  # noqa: PLC0415 - loads matplotlib when used
+    from fullwell.report.canvas import drawing_of  # noqa: PLC0415 - drawing loads when used
     from fullwell.report.plots_lens import difference_grid  # noqa: PLC0415 - as above
+    from fullwell.report.typesetting import png_of  # noqa: PLC0415 - as above
 
     pictures = [_picture(one) for one in differences]
-    with style():
-        for which in ("difference", "over_error"):
-            uri = difference_grid(pictures, which).uri
-            (folder / f"{which}.png").write_bytes(base64.b64decode(uri.partition(",")[2]))
+    for which in ("difference", "over_error"):
+        drawing = drawing_of(difference_grid(pictures, which))
+        (folder / f"{which}.png").write_bytes(png_of(drawing, per_inch=_PER_INCH))
 
 
 def _picture(one: MapDifference) -> ShadingDifferencePicture:

@@ -121,10 +121,47 @@ def decode_scan(
     """
     shape = (height, width * len(tables))
     samples = np.empty(shape, dtype=np.uint16) if out is None else out.reshape(shape)
-    outcome = _decode(data, tables, start_value, predictor, samples)
+    outcome = _decode(data, tables, (start_value, predictor, 0), new_state(), samples)
     if shift:
         samples <<= np.uint16(shift)
     return int(outcome), samples
+
+
+def new_state() -> NDArray[np.int64]:
+    """Return where a decoder stands that has not begun: the next byte, bits in its buffer, padded ones, the buffer."""
+    return np.zeros(4, np.int64)
+
+
+def decode_lines(
+    data: NDArray[np.uint8],
+    tables: NDArray[np.int32],
+    state: NDArray[np.int64],
+    out: NDArray[np.uint16],
+    *,
+    start_value: int,
+    predictor: int,
+    above: bool,
+) -> int:
+    """Decode the next lines of a scan, without its point transform.
+
+    Parameters
+    ----------
+    data, tables, start_value, predictor
+        As `decode_scan`.
+    state
+        Where the decoder stands; moved on.
+    out
+        The lines, components interleaved, shape (lines, samples of a line).
+    above
+        Whether the first line is the one above, which is known; only the very first lines have none.
+
+    Returns
+    -------
+    int
+        ``COMPLETE``, ``ENDED_EARLY`` or ``IMPOSSIBLE_CODE``.
+
+    """
+    return int(_decode(data, tables, (start_value, predictor, int(above)), state, out))
 
 
 def decode_scan_plain(
@@ -199,13 +236,18 @@ def _extended(bits: str) -> int:
 
 @nb.njit(cache=True, nogil=True)
 def _decode(
-    data: NDArray[np.uint8], tables: NDArray[np.int32], start_value: int, predictor: int, out: NDArray[np.uint16]
+    data: NDArray[np.uint8],
+    tables: NDArray[np.int32],
+    prediction: tuple[int, int, int],
+    state: NDArray[np.int64],
+    out: NDArray[np.uint16],
 ) -> int:
     lines, line_samples = out.shape
     components = tables.shape[0]
-    buffer = np.uint64(0)
-    held = padded = position = 0
-    for line in range(lines):
+    start_value, predictor, first = prediction
+    position, held, padded = state[0], state[1], state[2]
+    buffer = np.uint64(state[3])
+    for line in range(first, lines):
         for sample in range(line_samples):
             if held < 32:
                 position, buffer, held, padded = _refill(data, position, buffer, held, padded)
@@ -224,6 +266,7 @@ def _decode(
             out[line, sample] = (predicted + difference) & 0xFFFF
         if held < padded:
             return ENDED_EARLY
+    state[0], state[1], state[2], state[3] = position, held, padded, np.int64(buffer)
     return COMPLETE
 
 

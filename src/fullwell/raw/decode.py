@@ -72,6 +72,16 @@ def rows_at(layout: Layout, area: Area) -> int | None:
     return start if all(offset == start + index * strip_bytes for index, offset in enumerate(layout.offsets)) else None
 
 
+def coded_at(layout: Layout, area: Area) -> slice | None:
+    """Return where the one segment of lossless JPEG lies that is the visible mosaic; None where there is no such."""
+    whole = area == Area(0, 0, layout.height, layout.width)
+    single = len(layout.offsets) == 1 and (layout.segment_height, layout.segment_width) == (layout.height, layout.width)
+    interleaved = layout.row_interleave > 1 or layout.column_interleave > 1
+    if not (whole and single and layout.compression == Compression.JPEG) or interleaved or layout.table:
+        return None
+    return slice(layout.offsets[0], layout.offsets[0] + layout.counts[0])
+
+
 def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
     """Return the mosaic as a view of the file, or None where it must be copied."""
     start = rows_at(layout, area)

@@ -58,6 +58,11 @@ class LosslessScan:
     start: int
 
     @property
+    def huffman(self) -> tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]:
+        """Counts and categories of the tables, as the decoder's tables are made of."""
+        return tuple((table.counts, table.categories) for table in self.tables)
+
+    @property
     def samples(self) -> int:
         """Samples of all components."""
         return self.width * self.height * len(self.tables)
@@ -193,14 +198,10 @@ def decode_lossless(stream: memoryview, *, samples: int, out: NDArray[np.uint16]
     """
     from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
 
-    scan = parse_scan(stream)
-    if scan.samples < samples:
-        raise _damaged(f"it holds {scan.samples} pixels of {samples}")
-    if scan.samples > 8 * len(stream):
-        raise _damaged("it is too short for its pixels")
+    scan = _plausible(stream, samples)
     outcome, decoded = kernel.decode_scan(
         np.frombuffer(stream, dtype=np.uint8)[scan.start :],
-        kernel.decoding_tables(tuple((table.counts, table.categories) for table in scan.tables)),
+        kernel.decoding_tables(scan.huffman),
         width=scan.width,
         height=scan.height,
         start_value=1 << (scan.precision - scan.shift - 1),
@@ -208,8 +209,75 @@ def decode_lossless(stream: memoryview, *, samples: int, out: NDArray[np.uint16]
         shift=scan.shift,
         out=out if scan.samples == samples else None,
     )
+    _require_complete(outcome)
+    return decoded.reshape(-1)
+
+
+class LosslessLines:
+    """A lossless JPEG segment that is decoded some lines at a time, from the first to the last.
+
+    Parameters
+    ----------
+    stream
+        The segment; it must stay as it is.
+    shape
+        Lines and samples of a line.
+
+    Raises
+    ------
+    UnreadableFileError, UnsuitableFileError
+        As `decode_lossless`.
+
+    """
+
+    def __init__(self, stream: memoryview, shape: tuple[int, int]) -> None:
+        from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
+
+        self._kernel = kernel
+        self._scan = _plausible(stream, shape[0] * shape[1])
+        line = self._scan.width * len(self._scan.tables)
+        self.fits = (self._scan.height, line) == shape and not self._scan.shift
+        self._data = np.frombuffer(stream, dtype=np.uint8)[self._scan.start :]
+        self._tables = kernel.decoding_tables(self._scan.huffman)
+        self._state = kernel.new_state()
+
+    def read(self, out: NDArray[np.uint16], *, above: bool) -> None:
+        """Decode the next lines; ``fits`` tells whether the segment is of the shape that was asked for.
+
+        Parameters
+        ----------
+        out
+            Where they go, shape (lines, samples of a line).
+        above
+            Whether the first of them is the last one before, which is known.
+
+        Raises
+        ------
+        UnreadableFileError
+            ``file-damaged``.
+
+        """
+        scan = self._scan
+        start_value = 1 << (scan.precision - scan.shift - 1)
+        outcome = self._kernel.decode_lines(
+            self._data, self._tables, self._state, out, start_value=start_value, predictor=scan.predictor, above=above
+        )
+        _require_complete(outcome)
+
+
+def _plausible(stream: memoryview, samples: int) -> LosslessScan:
+    scan = parse_scan(stream)
+    if scan.samples < samples:
+        raise _damaged(f"it holds {scan.samples} pixels of {samples}")
+    if scan.samples > 8 * len(stream):
+        raise _damaged("it is too short for its pixels")
+    return scan
+
+
+def _require_complete(outcome: int) -> None:
+    from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
+
     if outcome == kernel.ENDED_EARLY:
         raise _damaged("it ends early")
     if outcome != kernel.COMPLETE:
         raise _damaged("it holds an impossible code")
-    return decoded.reshape(-1)

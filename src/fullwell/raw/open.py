@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.findings import Finding, Severity
-from fullwell.raw.decode import decode_segments, rows_at
+from fullwell.raw.decode import coded_at, decode_segments, rows_at
 from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
@@ -208,6 +208,14 @@ def mosaic_at(header: RawHeader) -> int | None:
     if refused or not isinstance(header.layout, Layout):
         return None
     return rows_at(header.layout, header.active_area)
+
+
+def mosaic_coded_at(header: RawHeader) -> slice | None:
+    """Return where in a frame's bytes lies the lossless JPEG that its visible mosaic is; None where it is not one."""
+    refused = any(finding.severity is Severity.ERROR for finding in header.findings)
+    if refused or not isinstance(header.layout, Layout):
+        return None
+    return coded_at(header.layout, header.active_area)
 
 
 def decode(

@@ -1,4 +1,4 @@
-"""Raw files are read into memory that is used again and again: uncompressed ones strip by strip, others as a whole."""
+"""Raw files are read into memory that is used again and again: as mosaics strip by strip where possible, or whole."""
 
 from collections.abc import Callable, Sequence
 from threading import Event
@@ -15,14 +15,22 @@ from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import Layout
+from fullwell.workflow.coded_stream import CodedStream, DecodedStream, coded_stream, decodes
 from fullwell.workflow.stream import Stream, streams
 
 Told = Callable[[Frame, str], None]
 
 MOST_FRAMES: Final = 32
 """Files that are open at once: the more, the more rarely sums go to memory and back."""
+_SPARE: Final = 8
+"""A file that is a part of this larger than another fits into its memory."""
 _LINE: Final = 64
 _PIECE: Final = 1 << 18
+
+
+def passes(frame: Frame) -> bool:
+    """Tell whether a frame's mosaic need not be in memory as a whole."""
+    return streams(frame) or decodes(frame)
 
 
 class StoppedError(Exception):
@@ -56,7 +64,8 @@ class Slots:
         self._used = 0
         self._places: dict[str, int] = {}
         self._starts: list[int] = []
-        self._streams: list[tuple[int, Stream, Told]] = []
+        self._streams: list[tuple[int, Stream | CodedStream | DecodedStream, Told | None]] = []
+        self._coded: list[NDArray[np.uint8]] = []
 
     def fits(self, files: int) -> bool:
         """Return whether there is room for so many more."""
@@ -90,15 +99,19 @@ class Slots:
         """
         if not whole and streams(frame) and self._open(frame, told):
             return
+        if not whole and decodes(frame):
+            self._decode(frame, told)
+            return
+        if self.slot_bytes < 2 * self._shape[0] * self._shape[1]:
+            self._decode_apart(frame, told)
+            return
         first = self._used
         slot = self._block[first : first + self.slot_bytes]
         stored = slot if frame.header.compression == "none" else self._apart()
         data, digest = _read_into(frame.header, stored.data)
         told(frame, digest)
         target = slot[: 2 * self._shape[0] * self._shape[1]].view(np.uint16).reshape(self._shape)
-        mosaic = decode(frame.header, data, out=None if stored is slot else target)
-        if mosaic.shape != self._shape:
-            raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
+        mosaic = self._checked(decode(frame.header, data, out=None if stored is slot else target))
         self._take(frame, start=self._place(mosaic, first), size=self.slot_bytes)
 
     def _open(self, frame: Frame, told: Told) -> bool:
@@ -110,6 +123,34 @@ class Slots:
         self._streams.append((len(self._starts), stream, told))
         self._take(frame, start=self._used // 2, size=self._strip_bytes)
         return True
+
+    def _decode(self, frame: Frame, told: Told) -> None:
+        """Read a file that is decoded strip by strip."""
+        coded = sum(isinstance(stream, CodedStream) for _place, stream, _told in self._streams)
+        if coded == len(self._coded) or self._coded[coded].size < frame.size:
+            self._coded[coded:] = [np.empty(frame.size + frame.size // _SPARE, np.uint8)]
+        data, digest = _read_into(frame.header, self._coded[coded].data)
+        told(frame, digest)
+        self._pass(frame, coded_stream(frame, data, self._room()))
+
+    def _decode_apart(self, frame: Frame, told: Told) -> None:
+        """Read and decode a file in memory of its own, where there is none for its mosaic here."""
+        data, digest = _read_into(frame.header, memoryview(bytearray(frame.size)))
+        told(frame, digest)
+        self._pass(frame, DecodedStream(frame, self._checked(decode(frame.header, data)), self._room()))
+
+    def _room(self) -> NDArray[np.uint16]:
+        """Return memory for a strip of the next file and for the line above it."""
+        return self._codes[self._used // 2 : (self._used + self._strip_bytes) // 2]
+
+    def _pass(self, frame: Frame, stream: CodedStream | DecodedStream) -> None:
+        self._streams.append((len(self._starts), stream, None))
+        self._take(frame, start=self._used // 2 + self._shape[1], size=self._strip_bytes)
+
+    def _checked(self, mosaic: NDArray[np.uint16]) -> NDArray[np.uint16]:
+        if mosaic.shape != self._shape:
+            raise UnreadableFileError("file-damaged", "the file changed its size while it was read; copy it again")
+        return mosaic
 
     def _take(self, frame: Frame, *, start: int, size: int) -> None:
         self._places[frame.name] = len(self._starts)
@@ -167,7 +208,7 @@ class _Passing(Batch):
     names, stack, pairs
         As in `Batch`; a frame that is read while it is added begins where its strips come to lie.
     streams
-        Such frames: place in the stack, file, and who is told of its hash.
+        Such frames: place in the stack, file, and who is told of its hash if it is not known yet.
     stop
         Set where reading shall end.
 
@@ -179,7 +220,7 @@ class _Passing(Batch):
         stack: Stack,
         *,
         pairs: Sequence[tuple[int, int]],
-        streams: Sequence[tuple[int, Stream, Told]],
+        streams: Sequence[tuple[int, Stream | CodedStream | DecodedStream, Told | None]],
         stop: Event | None,
     ) -> None:
         super().__init__(names, stack, pairs=pairs)
@@ -195,7 +236,7 @@ class _Passing(Batch):
         for place, stream, told in self._streams:
             stream.read(strip)
             starts[place] -= strip.top * self.stack.width
-            if strip.bottom == self._height:
+            if isinstance(stream, Stream) and told is not None and strip.bottom == self._height:
                 told(stream.frame, stream.hash)
         return Stack(self.stack.codes, starts, self.stack.width)
 

@@ -1,0 +1,114 @@
+"""Frames of lossless JPEG decoded strip by strip come to what their mosaics do, whatever is wrong with some."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fullwell.frames.selection import Selection
+from fullwell.frames.series import Kind, Study
+from fullwell.frames.study import load_study
+from fullwell.kernels import lossless_jpeg as kernel
+from fullwell.raw.lossless_jpeg import LosslessLines
+from fullwell.raw.lossless_jpeg_writing import encode_lossless
+from fullwell.raw.write import write_dng
+from fullwell.workflow.coded_stream import decodes
+from fullwell.workflow.reduce import Reduction, reduce_study
+
+SHAPE = (70, 90)
+
+
+def written(folder: Path, *, compression: str) -> Study:
+    """Return a study of two series of seven frames; the same mosaics however they are stored."""
+    rng = np.random.default_rng(17)
+    for kind, level in (("dark", 60), ("flat", 600)):
+        for frame in range(7):
+            path = folder / kind / f"{frame}.dng"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_dng(
+                path,
+                rng.poisson(level, SHAPE).astype(np.uint16),
+                cfa="RGGB",
+                iso=100,
+                exposure_s=0.01,
+                black_level=(60,) * 4,
+                white_level=1023,
+                bit_depth=10,
+                compression=compression,
+            )
+    return load_study(folder, Selection())
+
+
+def reduced(study: Study, *, workers: int = 2) -> Reduction:
+    return reduce_study(study, workers=workers, tile=8, keep=tuple(Kind))
+
+
+def same(one: Reduction, other: Reduction, *, parts: Sequence[str] = ("statistics", "first")) -> bool:
+    """Tell whether two studies come to the same sums and the same besides."""
+    pixels = all(np.array_equal(one.sums[key], other.sums[key]) for key in other.sums)
+    return pixels and all(repr(getattr(one, part)) == repr(getattr(other, part)) for part in parts)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 7])
+def test_coded_frames_come_to_what_plain_ones_do(tmp_path: Path, workers: int) -> None:
+    plain = written(tmp_path / "plain", compression="none")
+    coded = written(tmp_path / "coded", compression="lossless-jpeg")
+    assert all(decodes(frame) for one in coded.series for frame in one.frames)
+    assert not any(decodes(frame) for one in plain.series for frame in one.frames)
+    assert same(reduced(coded, workers=workers), reduced(plain))
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("broken", ["cut", "impossible"])
+def test_a_frame_that_fails_on_its_way_is_left_out(tmp_path: Path, broken: str, workers: int) -> None:
+    study = written(tmp_path / "study", compression="lossless-jpeg")
+    damaged = [tmp_path / "study" / name for name in ("dark/1.dng", "flat/4.dng")]
+    for path in damaged:
+        whole = bytearray(path.read_bytes())
+        if broken == "cut":
+            path.write_bytes(whole[: len(whole) - 2000])
+        else:
+            whole[-2000:] = b"\xff\x00" * 1000
+            path.write_bytes(whole)
+    found = reduced(study, workers=workers)
+    assert [one.name for one in found.excluded] == ["dark/1.dng", "flat/4.dng"]
+    for path in damaged:
+        path.unlink()
+    assert same(found, reduced(load_study(tmp_path / "study", Selection())), parts=("statistics",))
+
+
+def test_a_segment_of_another_shape_is_decoded_as_a_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = written(tmp_path / "study", compression="lossless-jpeg")
+    expected = reduced(study)
+    original = LosslessLines.__init__
+
+    def misfits(self: LosslessLines, stream: memoryview, shape: tuple[int, int]) -> None:
+        original(self, stream, shape)
+        self.fits = False
+
+    monkeypatch.setattr(LosslessLines, "__init__", misfits)
+    assert same(reduced(study), expected)
+
+
+@pytest.mark.parametrize("predictor", [1, 7])
+@pytest.mark.parametrize("steps", [(1, 2, 40), (43,), (20, 23)])
+def test_lines_are_those_of_the_whole_scan(steps: tuple[int, ...], predictor: int) -> None:
+    mosaic = np.random.default_rng(3).integers(0, 4096, (43, 60)).astype(np.uint16)
+    stream = memoryview(encode_lossless(mosaic[..., np.newaxis], precision=12, predictor=predictor))
+    lines = LosslessLines(stream, mosaic.shape)
+    assert lines.fits
+    found = np.zeros((44, 60), np.uint16)
+    at = 0
+    for rows in steps:
+        lines.read(found[at : at + rows + 1] if at else found[1 : rows + 1], above=at > 0)
+        at += rows
+    np.testing.assert_array_equal(found[1:], mosaic)
+    assert kernel.new_state().tolist() == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("compression", ["none", "lossless-jpeg"])
+def test_a_plain_or_coded_file_that_is_empty_is_left_out(tmp_path: Path, compression: str) -> None:
+    study = written(tmp_path / "study", compression=compression)
+    (tmp_path / "study" / "flat" / "2.dng").write_bytes(b"")
+    assert [one.code for one in reduced(study).excluded] == ["file-truncated"]

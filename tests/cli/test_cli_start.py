@@ -15,7 +15,7 @@ from fullwell.cli.overview import COMMANDS, overview
 from fullwell.statistics.moments import LARGEST_TILE
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
-HEAVY = ("numpy", "scipy", "numba", "matplotlib", "pyarrow", "tifffile", "pydantic", "rich.console", "rawpy")
+HEAVY = ("numpy", "scipy", "numba", "PIL", "pyarrow", "tifffile", "pydantic", "rich.console", "rawpy")
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["characterize", "--help"]])

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from PIL import Image
 
-from fullwell.report.canvas import Picture, drawing_of
+from fullwell.report.plots import Picture, drawing_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 

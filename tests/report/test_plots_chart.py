@@ -8,9 +8,9 @@ import pytest
 from drawn import areas, lines, photographs, points
 from synthetic_chart import BLACK, RESPONSE, chart_curves, chart_pictures
 
-from fullwell.report.canvas import Picture, color_of
 from fullwell.report.curves import Table, table_named
 from fullwell.report.drawing.style import PAPER, QUIET
+from fullwell.report.plots import Picture, color_of
 from fullwell.report.plots_chart import jumbled, noise_curve, snr_curve
 from fullwell.report.plots_chart_levels import clustering, proportional_exposures, tonal_response
 from fullwell.report.plots_chart_model import DARK, FIXED, MODEL_GRAY, SHOT

@@ -7,7 +7,7 @@ from drawn import areas, places_of, points
 
 from fullwell.figures.results import Column, Curve, Results, Row
 from fullwell.figures.side_by_side import Side, compare
-from fullwell.report.canvas import color_of
+from fullwell.report.plots import color_of
 from fullwell.report.plots_compare import comparison_pictures
 from fullwell.units import DN, DN2, ELECTRON, PERCENT, Measured
 

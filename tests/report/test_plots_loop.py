@@ -5,10 +5,10 @@ import re
 import numpy as np
 from drawn import areas, lines, places_of, points
 
-from fullwell.report.canvas import color_of
 from fullwell.report.curves import Table
 from fullwell.report.drawing.style import INK
 from fullwell.report.loop_figures import Together
+from fullwell.report.plots import color_of
 from fullwell.report.plots_loop import coverage, pulls, transfer_beside
 
 GREEN, RED = color_of("G1"), color_of("R")

@@ -9,9 +9,9 @@ from drawn import lines, photographs
 from PIL import Image
 
 from fullwell.report import plots_preview
-from fullwell.report.canvas import Picture, color_of, picture_of
 from fullwell.report.drawing import rgb
 from fullwell.report.drawing.style import INK
+from fullwell.report.plots import Picture, color_of, picture_of
 from fullwell.report.plots_preview import OrderView, Plane, Preview, orders_png, preview_png
 
 CHANNELS = ("R", "G1", "G2", "B")

@@ -2,8 +2,8 @@
 
 from drawn import lines, points
 
-from fullwell.report.canvas import color_of
 from fullwell.report.curves import Table
+from fullwell.report.plots import color_of
 from fullwell.report.plots_response import exposure_series
 
 GREEN, RED = color_of("G1"), color_of("R")

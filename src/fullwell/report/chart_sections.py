@@ -23,7 +23,6 @@ from typing import Final, TypeAlias
 
 from fullwell.figures.results import Row
 from fullwell.report import plots_chart, plots_chart_levels, plots_chart_scene
-from fullwell.report.canvas import Picture
 from fullwell.report.chart_tables import (
     black_level_table,
     black_levels,
@@ -40,6 +39,7 @@ from fullwell.report.chart_tables import (
 )
 from fullwell.report.curves import Table, Value
 from fullwell.report.material import Material, Part, Section, Tab, iso_label, parts_shown
+from fullwell.report.plots import Picture
 from fullwell.report.plots_chart_model import leading_curve, noise_curves
 
 POINTS: Final = "chart_points"

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from fullwell.report.canvas import picture_of
 from fullwell.report.datasheet.contents import Datasheet, Fact, Graph, ItemGroup, OperationPoint
 from fullwell.report.material import Part, Section, WordTable
+from fullwell.report.plots import picture_of
 
 
 def emva_section(sheet: Datasheet) -> Section:

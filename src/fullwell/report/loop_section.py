@@ -10,11 +10,11 @@ from typing import Final
 from fullwell import glossary
 from fullwell.raw.cfa import leading_channel
 from fullwell.report import plots_loop
-from fullwell.report.canvas import Picture
 from fullwell.report.loop_figures import LoopFigure, Together, loop_figures, native, put_together
 from fullwell.report.material import Material, Part, Section, Tab, WordTable, drawn, iso_label, parts_shown
 from fullwell.report.numbers import MISSING, show, show_iso, show_unit
 from fullwell.report.pivots import title_of
+from fullwell.report.plots import Picture
 from fullwell.units import Measured
 
 FIGURES: Final = "loop_figures"

@@ -7,11 +7,11 @@ from typing import Final
 from fullwell import glossary
 from fullwell.figures.results import Results, Row, at_main_temperature
 from fullwell.report import plots_iso
-from fullwell.report.canvas import Picture
 from fullwell.report.curves import Table, Value, table_named
 from fullwell.report.numbers import show_iso
 from fullwell.report.pictures import Pictures
 from fullwell.report.pivots import Pivot, pivot, recommended, title_of
+from fullwell.report.plots import Picture
 
 _POSITION: Final = {entry.name: position for position, entry in enumerate(glossary.QUANTITIES)}
 

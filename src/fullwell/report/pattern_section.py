@@ -7,7 +7,6 @@ from fullwell.figures.results import Row
 from fullwell.fit.pooling import SIGNIFICANCE
 from fullwell.raw.cfa import channel_rank
 from fullwell.report import plots_pattern
-from fullwell.report.canvas import Picture
 from fullwell.report.comparison import LEGACY
 from fullwell.report.curves import Table, Value
 from fullwell.report.material import (
@@ -23,6 +22,7 @@ from fullwell.report.material import (
 )
 from fullwell.report.numbers import MISSING, show_iso, show_plain, show_unit
 from fullwell.report.pivots import title_of
+from fullwell.report.plots import Picture
 
 _SLOPES: Final = "legacy-slope-std"
 _SAME: Final = 0.05

@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import WIDTH_IN, Picture, canvas, color_of, finite_range, picture
 from fullwell.report.curves import Table, Value
 from fullwell.report.drawing import Axes, Figure
 from fullwell.report.drawing.style import INK, QUIET
 from fullwell.report.numbers import show_iso
 from fullwell.report.pictures import RenderedPoints
+from fullwell.report.plots import WIDTH_IN, Picture, canvas, color_of, finite_range, picture
 from fullwell.report.plots_chart_model import (
     DARK,
     FIXED,

@@ -6,7 +6,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import QUIET
+from fullwell.report.numbers import show_plain
+from fullwell.report.plots import (
     Picture,
     canvas,
     channel_legend,
@@ -17,10 +21,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import Axes, key
-from fullwell.report.drawing.style import QUIET
-from fullwell.report.numbers import show_plain
 from fullwell.report.plots_chart_model import (
     BRIGHTEST,
     NoiseCurve,

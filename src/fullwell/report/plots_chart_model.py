@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import color_of
 from fullwell.report.curves import Table
 from fullwell.report.drawing import Axes, Key, key
 from fullwell.report.drawing.style import QUIET, Marker
+from fullwell.report.plots import color_of
 
 MODEL_GRAY = "#c3cbd4"
 """The broad line of the model, which the patches lie on."""

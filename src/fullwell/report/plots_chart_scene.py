@@ -5,7 +5,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, Figure, key
+from fullwell.report.drawing.style import QUIET
+from fullwell.report.numbers import show_iso
+from fullwell.report.pictures import ChartPicture
+from fullwell.report.plots import (
     WIDTH_IN,
     Picture,
     canvas,
@@ -17,11 +22,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import Axes, Figure, key
-from fullwell.report.drawing.style import QUIET
-from fullwell.report.numbers import show_iso
-from fullwell.report.pictures import ChartPicture
 from fullwell.report.plots_chart_model import BRIGHTEST, decibel
 
 _TALLEST_IN: Final = 7.5

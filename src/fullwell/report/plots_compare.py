@@ -7,7 +7,11 @@ import numpy as np
 
 from fullwell.figures.side_by_side import Comparison
 from fullwell.glossary import RECOMMENDED
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value, table_named
+from fullwell.report.drawing import Axes
+from fullwell.report.drawing.style import QUIET, Fill
+from fullwell.report.pivots import title_of
+from fullwell.report.plots import (
     Picture,
     canvas,
     channel_legend,
@@ -17,10 +21,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.curves import Table, Value, table_named
-from fullwell.report.drawing import Axes
-from fullwell.report.drawing.style import QUIET, Fill
-from fullwell.report.pivots import title_of
 
 _REACH: Final = 8.0
 """Standard errors at which the axis ends; what lies beyond stands at its edge."""

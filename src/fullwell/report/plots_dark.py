@@ -5,7 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table
+from fullwell.report.drawing import Axes, key, shades
+from fullwell.report.drawing.style import INK
+from fullwell.report.pictures import DarkZoom, DifferencePicture
+from fullwell.report.plots import (
     Picture,
     beside,
     canvas,
@@ -20,10 +24,6 @@ from fullwell.report.canvas import (
     picture,
     stepped,
 )
-from fullwell.report.curves import Table
-from fullwell.report.drawing import Axes, key, shades
-from fullwell.report.drawing.style import INK
-from fullwell.report.pictures import DarkZoom, DifferencePicture
 
 _GRAYS: Final = shades("#000000", "#ffffff", count=21)
 """Few greys: noise compresses badly, and the eye tells no more of them apart."""

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.raw.cfa import MONO
-from fullwell.report.canvas import color_of, log_axis, marker_of
 from fullwell.report.curves import Table
 from fullwell.report.drawing import Axes, Figure
 from fullwell.report.drawing.legend import Place
 from fullwell.report.drawing.style import QUIET
+from fullwell.report.plots import color_of, log_axis, marker_of
 
 Array: TypeAlias = NDArray[np.float64]
 

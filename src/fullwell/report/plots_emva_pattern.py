@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from fullwell.report.canvas import color_of, log_axis
 from fullwell.report.curves import Table
 from fullwell.report.drawing import Axes
 from fullwell.report.drawing.style import QUIET, LineStyle
+from fullwell.report.plots import color_of, log_axis
 from fullwell.report.plots_emva import Legend, finish, named, panel
 
 _LEVELS: Final[tuple[tuple[str, LineStyle], ...]] = (("pattern", "-"), ("temporal", "--"))

@@ -7,7 +7,9 @@ import numpy as np
 
 from fullwell.figures.results import Row
 from fullwell.raw.cfa import channel_rank
-from fullwell.report.canvas import (
+from fullwell.report.drawing import Axes
+from fullwell.report.numbers import show_unit
+from fullwell.report.plots import (
     Picture,
     beside,
     channel_legend,
@@ -18,8 +20,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.drawing import Axes
-from fullwell.report.numbers import show_unit
 from fullwell.units import DECIBEL, STOP
 
 Panels: TypeAlias = Mapping[tuple[str, str], Sequence[Row]]

@@ -7,12 +7,12 @@ from typing import Final, Literal
 import numpy as np
 
 from fullwell.raw.cfa import channel_rank, leading_channel
-from fullwell.report.canvas import WIDTH_IN, Picture, canvas, channel_legend, color_of, grid_of, iso_title, picture
 from fullwell.report.curves import Table
 from fullwell.report.drawing import Figure, key
 from fullwell.report.drawing.style import INK, QUIET
 from fullwell.report.numbers import show_exposure, show_iso
 from fullwell.report.pictures import ShadingDifferencePicture, ShadingPicture
+from fullwell.report.plots import WIDTH_IN, Picture, canvas, channel_legend, color_of, grid_of, iso_title, picture
 from fullwell.report.plots_surface import (
     Surface,
     channel_colors,

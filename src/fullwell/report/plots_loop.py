@@ -5,7 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import INK
+from fullwell.report.loop_figures import Together
+from fullwell.report.pivots import title_of
+from fullwell.report.plots import (
     DENSE,
     Picture,
     canvas,
@@ -17,11 +22,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import Axes, key
-from fullwell.report.drawing.style import INK
-from fullwell.report.loop_figures import Together
-from fullwell.report.pivots import title_of
 
 _TRUTH = "#c3cbd4"
 _NAMES = {"original": "Original", "simulated": "Simulated and measured again"}

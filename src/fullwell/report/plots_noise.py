@@ -5,7 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import key
+from fullwell.report.drawing.style import QUIET, Marker
+from fullwell.report.plots import (
     Picture,
     canvas,
     channel_legend,
@@ -16,9 +19,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import key
-from fullwell.report.drawing.style import QUIET, Marker
 
 _FLOWS: Final[tuple[tuple[str, str, str, Marker], ...]] = (
     ("flow1", "flow 1: differences", "#b45309", "o"),

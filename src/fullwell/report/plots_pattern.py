@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from fullwell.figures.results import Row
 from fullwell.raw.cfa import channel_rank
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import INK, QUIET, Marker
+from fullwell.report.numbers import show_iso, show_unit
+from fullwell.report.pictures import ResponsePicture
+from fullwell.report.plots import (
     Picture,
     beside,
     channel_legend,
@@ -21,11 +26,6 @@ from fullwell.report.canvas import (
     marker_of,
     picture,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import Axes, key
-from fullwell.report.drawing.style import INK, QUIET, Marker
-from fullwell.report.numbers import show_iso, show_unit
-from fullwell.report.pictures import ResponsePicture
 from fullwell.report.plots_surface import Surface, draw_surfaces, space
 
 _FEW_DECADES: Final = 8.0

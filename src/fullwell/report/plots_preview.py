@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import color_of, log_axis, stepped
 from fullwell.report.drawing import GRAYS, Axes, Colors, Figure, key, shades
 from fullwell.report.drawing.style import QUIET, LineStyle
+from fullwell.report.plots import color_of, log_axis, stepped
 from fullwell.report.typesetting import png_of
 
 _SIZE_IN: Final = (13.0, 9.4)

@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, Figure, key
+from fullwell.report.drawing.style import QUIET
+from fullwell.report.plots import (
     WIDTH_IN,
     Picture,
     channel_legend,
@@ -13,9 +16,6 @@ from fullwell.report.canvas import (
     picture,
     stepped,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import Axes, Figure, key
-from fullwell.report.drawing.style import QUIET
 
 
 def exposure_series(response: Table | None, histograms: Table | None, iso: Value) -> Picture:

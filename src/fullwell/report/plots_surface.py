@@ -13,11 +13,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import color_of
 from fullwell.report.drawing import DIVERGING, VIRIDIS, Axes, Colors, Shown, rgb, shades
 from fullwell.report.drawing.colors import hexadecimal
 from fullwell.report.drawing.style import QUIET, SPINE
 from fullwell.report.drawing.ticks import linear_ticks, minus
+from fullwell.report.plots import color_of
 
 MOST_FACETS: Final = 40
 _SMALL_PT: Final = 6.5

@@ -3,7 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.report.canvas import (
+from fullwell.report.curves import Table, Value
+from fullwell.report.drawing import Axes, key
+from fullwell.report.drawing.style import INK, QUIET
+from fullwell.report.plots import (
     DENSE,
     Picture,
     canvas,
@@ -17,9 +20,6 @@ from fullwell.report.canvas import (
     picture,
     thinned,
 )
-from fullwell.report.curves import Table, Value
-from fullwell.report.drawing import Axes, key
-from fullwell.report.drawing.style import INK, QUIET
 
 
 def photon_transfer(table: Table, iso: Value) -> Picture:

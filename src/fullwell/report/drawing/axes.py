@@ -234,9 +234,5 @@ class Axes(Painting):
         """Draw no axes."""
         self.framed = False
 
-    def set_visible(self, visible: bool) -> None:  # noqa: FBT001 - the word of the library that this speaks like
-        """Leave the panel empty."""
-        self.visible = visible
-
     def _axes(self, which: Which) -> tuple[Axis, ...]:
         return {"x": (self.x,), "y": (self.y,), "both": (self.x, self.y)}[which]

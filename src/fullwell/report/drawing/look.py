@@ -1,7 +1,7 @@
 """How lines and points look, and the options by which that is told."""
 
 from dataclasses import dataclass
-from typing import TypedDict, Unpack
+from typing import TypedDict
 
 from fullwell.report.drawing import markers
 from fullwell.report.drawing.geometry import Array
@@ -83,8 +83,3 @@ class Look:
             face = "none"
         shape = markers.outline(self.marker, self.markersize)
         pen.stamps(shape, x, y, stroke=edge, width=self.markeredgewidth, fill=face, alpha=self.alpha)
-
-
-def look_of(**options: Unpack[LookOptions]) -> Look:
-    """Return the look that options tell."""
-    return Look(**options)

@@ -99,21 +99,18 @@ class Painting:
         """
         for error, upright in ((xerr, False), (yerr, True)):
             if error is not None:
-                bars = self._bars(x, y, error, upright=upright)
-                color = options.get("color", INK)
-                places, low, high = bars
-                self._add(
-                    Bars(
-                        places=places,
-                        low=low,
-                        high=high,
-                        upright=upright,
-                        colors=(color,),
-                        linewidth=elinewidth,
-                        capsize=capsize,
-                        zorder=zorder,
-                    )
+                places, low, high = self._ends(x, y, error, upright=upright)
+                bars = Bars(
+                    places=places,
+                    low=low,
+                    high=high,
+                    upright=upright,
+                    colors=(options.get("color", INK),),
+                    linewidth=elinewidth,
+                    capsize=capsize,
+                    zorder=zorder,
                 )
+                self._add(bars)
         self.plot(x, y, zorder=zorder, label=label, **options)
 
     def vlines(
@@ -260,7 +257,7 @@ class Painting:
         if label:
             self.keys.append(Key(label=label, look=look))
 
-    def _bars(self, x: ArrayLike, y: ArrayLike, error: ArrayLike, *, upright: bool) -> tuple[Array, Array, Array]:
+    def _ends(self, x: ArrayLike, y: ArrayLike, error: ArrayLike, *, upright: bool) -> tuple[Array, Array, Array]:
         """Return places along one axis with the ends of their errors on the other."""
         across, up = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(y, float))
         below, above = np.broadcast_to(np.abs(np.asarray(error, float)), (2, len(across)))

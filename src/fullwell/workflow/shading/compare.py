@@ -163,7 +163,7 @@ def _save(path: Path, one: MapDifference) -> None:
 
 def _draw(folder: Path, differences: Sequence[MapDifference]) -> None:
     """Write the grid of difference pictures, in percent and in standard errors."""
-    from fullwell.report.canvas import drawing_of  # noqa: PLC0415 - drawing loads when used
+    from fullwell.report.plots import drawing_of  # noqa: PLC0415 - drawing loads when used
     from fullwell.report.plots_lens import difference_grid  # noqa: PLC0415 - as above
     from fullwell.report.typesetting import png_of  # noqa: PLC0415 - as above
 

@@ -5,7 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from fullwell.kernels import high_pass, high_pass_reference
+from fullwell.kernels import filtered_products, high_pass, high_pass_reference
+from fullwell.kernels.filtered_products import WIDEST_RANGE
 from fullwell.statistics.high_pass import (
     LINE_SPREAD,
     LINE_VARIANCE_GAIN,
@@ -34,26 +35,28 @@ def test_pair_sums_equal_their_twin():
     assert fast.tolist() == slow.tolist()
 
 
+@pytest.mark.parametrize("span", [1, 1000, WIDEST_RANGE])
 @pytest.mark.parametrize(
-    ("lowest", "shape"), [(0, (20, 20)), (42_000, (37, 64)), (65_535 - high_pass.WIDEST_RANGE, (50, 31))]
+    ("lowest", "shape"), [(0, (20, 20)), (42_000, (37, 64)), (65_535 - WIDEST_RANGE, (50, 31)), (77, (23, 2100))]
 )
-def test_filtered_products_are_exact_up_to_their_range(lowest, shape):
+def test_filtered_products_equal_their_twin(lowest, shape, span):
     rng = np.random.default_rng(4)
-    first = (lowest + high_pass.WIDEST_RANGE * rng.integers(0, 2, shape)).astype(np.uint16)
-    second = (lowest + rng.integers(0, high_pass.WIDEST_RANGE + 1, shape)).astype(np.uint16)
+    first = (lowest + span * rng.integers(0, 2, shape)).astype(np.uint16)
+    second = (lowest + rng.integers(0, span + 1, shape)).astype(np.uint16)
     a, b = np.empty((2, shape[0] - 18, shape[1] - 18))
     high_pass_reference.high_pass(first, a)
     high_pass_reference.high_pass(second, b)
-    a, b = np.rint(a * 308**2), np.rint(b * 308**2)
-    products, sums = np.zeros(a.shape[1]), np.zeros((2, a.shape[1]))
-    high_pass.add_filtered_products(first, second, products, sums)
-    assert sums.tolist() == [a.sum(axis=0).tolist(), b.sum(axis=0).tolist()]
-    assert products == pytest.approx((a * b).sum(axis=0), rel=1e-12, abs=1e-12 * (a**2).sum())
+    a, b = (np.rint(one * 308**2).astype(np.int64).astype(np.object_) for one in (a, b))
+    totals = np.zeros(4, np.int64)
+    filtered_products.add_filtered_products(first, second, (lowest, lowest + span), totals)
+    low, high, *sums = totals.tolist()
+    assert low + (high << 32) == (a * b).sum()
+    assert sums == [a.sum(), b.sum()]
 
 
 def test_codes_of_any_range_have_their_covariance():
     rng = np.random.default_rng(5)
-    for span in (high_pass.WIDEST_RANGE, 65_535):
+    for span in (WIDEST_RANGE, 65_535):
         first, second = (span * rng.integers(0, 2, (2, 160, 40))).astype(np.uint16)
         a, b = filtered(first.astype(float)), filtered(second.astype(float))
         expected = (a * b).mean() - a.mean() * b.mean()

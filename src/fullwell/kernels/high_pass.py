@@ -5,7 +5,7 @@ pixels whose whole surroundings lie in the plane are filtered: 9 are lost on eve
 same in plain NumPy.
 """
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numba import njit
@@ -15,21 +15,6 @@ REACH: Final = 9
 """Pixels that the filter looks to either side, and that are lost there."""
 
 _DIVISOR: Final = 308.0 * 308.0
-_WEIGHT: Final = np.uint32(308 * 308)
-
-WIDEST_RANGE: Final = (2**31 - 1) // 308**2
-"""Range of the codes of a plane up to which `add_filtered_products` is exact [DN]."""
-
-
-class _Running(NamedTuple):
-    """What is kept of the rows of a plane that were passed, and the row that they come to; modulo 2^32 throughout."""
-
-    sum7: NDArray[np.uint32]
-    sum11: NDArray[np.uint32]
-    ring7: NDArray[np.uint32]
-    ring11: NDArray[np.uint32]
-    along: NDArray[np.uint32]
-    out: NDArray[np.int32]
 
 
 @njit(cache=True, nogil=True)
@@ -91,99 +76,6 @@ def high_pass(plane: NDArray[np.float64] | NDArray[np.uint16], out: NDArray[np.f
         for c in range(target.size):
             smooth = elevens[c] + 2.0 * elevens[c + 1] + elevens[c + 2]
             target[c] = np.float64(centre[c + 9]) - smooth / _DIVISOR
-
-
-@njit(cache=True, nogil=True)
-def _running(width: int) -> _Running:
-    return _Running(
-        np.zeros(width, np.uint32),
-        np.zeros(width, np.uint32),
-        np.zeros((11, width), np.uint32),
-        np.zeros((3, width), np.uint32),
-        np.zeros((5, width), np.uint32),
-        np.zeros(width - 2 * REACH, np.int32),
-    )
-
-
-@njit(cache=True, nogil=True)
-def _pass_down(plane: NDArray[np.uint16], row: int, kept: _Running) -> None:
-    """Bring the sums down the columns to a row."""
-    sum7, sum11, into7, into11 = kept.sum7, kept.sum11, kept.ring7[(row - 6) % 11], kept.ring11[(row - 16) % 3]
-    new, old = plane[row], plane[max(row - 7, 0)]
-    if row < 7:
-        for c in range(sum7.size):
-            sum7[c] = np.uint32(sum7[c] + np.uint32(new[c]))
-    else:
-        for c in range(sum7.size):
-            sum7[c] = np.uint32(np.uint32(sum7[c] + np.uint32(new[c])) - np.uint32(old[c]))
-    if row >= 6:
-        for c in range(sum7.size):
-            into11[c] = np.uint32(np.uint32(sum11[c] + sum7[c]) - into7[c])
-        for c in range(sum7.size):
-            sum11[c] = into11[c]
-            into7[c] = sum7[c]
-
-
-@njit(cache=True, nogil=True)
-def _pass_along(plane: NDArray[np.uint16], row: int, kept: _Running) -> None:
-    """Write 308^2 times the filtered row that lies 9 above one that was passed."""
-    twos, fours, sevens, elevens, column = kept.along[0], kept.along[1], kept.along[2], kept.along[3], kept.along[4]
-    above, middle, below = kept.ring11[(row - 18) % 3], kept.ring11[(row - 17) % 3], kept.ring11[(row - 16) % 3]
-    width = column.size
-    for c in range(width):
-        column[c] = np.uint32(np.uint32(above[c] + below[c]) + np.uint32(middle[c] << np.uint32(1)))
-    for c in range(width - 1):
-        twos[c] = np.uint32(column[c] + column[c + 1])
-    for c in range(width - 6):
-        sevens[c] = np.uint32(np.uint32(twos[c] + twos[c + 2]) + np.uint32(twos[c + 4] + column[c + 6]))
-    for c in range(width - 7):
-        twos[c] = np.uint32(sevens[c] + sevens[c + 1])
-    for c in range(width - 9):
-        fours[c] = np.uint32(twos[c] + twos[c + 2])
-    for c in range(width - 16):
-        elevens[c] = np.uint32(np.uint32(fours[c] + fours[c + 4]) + np.uint32(twos[c + 8] + sevens[c + 10]))
-    centre, out = plane[row - REACH], kept.out
-    for c in range(out.size):
-        smooth = np.uint32(np.uint32(elevens[c] + elevens[c + 2]) + np.uint32(elevens[c + 1] << np.uint32(1)))
-        out[c] = np.int32(np.uint32(np.uint32(np.uint32(centre[c + REACH]) * _WEIGHT) - smooth))
-
-
-@njit(cache=True, nogil=True)
-def add_filtered_products(
-    first: NDArray[np.uint16],
-    second: NDArray[np.uint16],
-    products: NDArray[np.float64],
-    sums: NDArray[np.float64],
-) -> None:
-    """Filter two frames of a plane and add them up column by column, without memory for the filtered frames.
-
-    Sums wrap around at 2^32, which leaves the filtered frames exact where their codes span at most `WIDEST_RANGE`.
-
-    Parameters
-    ----------
-    first, second
-        Shape (M, N), at least 20 x 20 [DN].
-    products
-        Of each column: sum of the products of 308^2 times the filtered frames, shape (N - 18,), added to.
-    sums
-        Of each column: sums of 308^2 times the first and the second, shape (2, N - 18), added to.
-
-    """
-    rows, width = first.shape
-    kept_a, kept_b = _running(width), _running(width)
-    a, b, sums_a, sums_b = kept_a.out, kept_b.out, sums[0], sums[1]
-    for row in range(rows):
-        _pass_down(first, row, kept_a)
-        _pass_down(second, row, kept_b)
-        if row < 2 * REACH:
-            continue
-        _pass_along(first, row, kept_a)
-        _pass_along(second, row, kept_b)
-        for c in range(products.size):
-            products[c] += np.float64(a[c]) * np.float64(b[c])
-        for c in range(products.size):
-            sums_a[c] += np.float64(a[c])
-            sums_b[c] += np.float64(b[c])
 
 
 @njit(cache=True, nogil=True)

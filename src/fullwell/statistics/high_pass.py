@@ -8,7 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.high_pass import REACH, WIDEST_RANGE, add_filtered_products, add_products, high_pass
+from fullwell.kernels.filtered_products import WIDEST_RANGE, add_filtered_products
+from fullwell.kernels.high_pass import REACH, add_products, high_pass
 
 SMALLEST_PLANE: Final = 2 * REACH + 2
 """Rows and columns that a plane needs at least, so that some are left [pixel]."""
@@ -61,16 +62,15 @@ def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16]) -
 
     """
     n = (first.shape[0] - 2 * REACH) * (first.shape[1] - 2 * REACH)
-    spans = [int(frame.max()) - int(frame.min()) for frame in (first, second)]
-    if max(spans) <= WIDEST_RANGE:
-        products, sums = np.zeros(first.shape[1] - 2 * REACH), np.zeros((2, first.shape[1] - 2 * REACH))
-        add_filtered_products(first, second, products, sums)
-        scale = 308.0**2
-    else:
-        products, sums = _products(first, second)
-        scale = 1.0
+    lowest, highest = (int(kind(one(first), one(second))) for kind, one in ((min, np.min), (max, np.max)))
+    if highest - lowest <= WIDEST_RANGE:
+        totals = np.zeros(4, np.int64)
+        add_filtered_products(first, second, (lowest, highest), totals)
+        low, high, sum_a, sum_b = totals.tolist()
+        return ((low + (high << 32)) * n - sum_a * sum_b) / (n * n * 308**4)
+    products, sums = _products(first, second)
     mean_a, mean_b = sums.sum(axis=1) / n
-    return float(products.sum() / n - mean_a * mean_b) / scale**2
+    return float(products.sum() / n - mean_a * mean_b)
 
 
 def _products(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -30,7 +30,7 @@ def test_no_more_groups_are_kept_than_there_is_room_for(ahead: int) -> None:
     def read() -> None:
         for group in KEYS:
             for key in group:
-                waits.admit(key)
+                waits.admit(key, lambda: True)
                 kept.append(key[1])
                 assert key[1] <= done + ahead
                 waits.arrived(key)
@@ -131,3 +131,21 @@ def test_maps_of_sums_of_several_widths_are_those_of_the_widest() -> None:
     assert [one.dtype for one in some] == [np.uint32 if k == 3 else np.uint16 for k in range(6)]
     coefficients = rng.normal(size=(2, 6, 4))
     assert np.array_equal(combine(some, coefficients, cell=2), combine(wide, coefficients, cell=2))
+
+
+def test_without_memory_nothing_is_read_ahead() -> None:
+    waits = ReadAhead(KEYS, ahead=1)
+    places: list[tuple[float, int]] = []
+    done = 0
+
+    def read() -> None:
+        for group in KEYS:
+            for key in group:
+                waits.admit(key, lambda: False)
+                places.append((key[1], done))
+                waits.arrived(key)
+
+    with closing(waits.groups(read)) as found:
+        for place in found:
+            done = place + 1
+    assert all(place <= finished for place, finished in places)

@@ -20,8 +20,8 @@ from fullwell.workflow.executor import Progress
 from fullwell.workflow.iso_maps import write_iso_maps
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso, without_pixels
 from fullwell.workflow.measure.emva.stacks import FEWEST_FRAMES
-from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso, without_maps
-from fullwell.workflow.measure.pattern_maps import may_be_mapped
+from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso, without_sums
+from fullwell.workflow.measure.pattern_maps import IsoMaps, may_be_mapped
 from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.temperatures import measure_temperatures
 from fullwell.workflow.options import Options
@@ -160,10 +160,11 @@ class IsoReader:
             write_iso_maps(self.study, one, self.folder / "maps")
             responses = response_pictures(self.study, one)
             pictures = pictures if any(iso.pictures.differences for iso in before) else take_pictures(bursts)
+        one = replace(one, maps=IsoMaps(channels=(), mosaics={}))
         published.add(one)
         return IsoOutcome(
             bursts=without_pixels(bursts),
-            measured=without_maps(one),
+            measured=without_sums(one),
             temperatures=measure_temperatures(self.study, bursts, one.section.rows, profiles=profiles),
             pictures=pictures,
             responses=responses,

@@ -31,16 +31,29 @@ class ReadAhead:
     def __init__(self, groups: Sequence[Sequence[SeriesKey]], *, ahead: int) -> None:
         self._place = {key: place for place, group in enumerate(groups) for key in group}
         self._left = [len(group) for group in groups]
-        self._last = ahead
+        self._wanted = 0
+        self._ahead = ahead
         self._stopped = False
         self._changed = Condition()
 
-    def admit(self, key: SeriesKey) -> None:
-        """Wait until there is room for what a series came to."""
+    def admit(self, key: SeriesKey, roomy: Callable[[], bool]) -> None:
+        """Wait until there is room for what a series came to.
+
+        Parameters
+        ----------
+        key
+            Of the series.
+        roomy
+            Whether there is memory for a group that is not waited for yet.
+
+        """
         with self._changed:
-            while self._place[key] > self._last and not self._stopped:
+            while not self._stopped and not self._admitted(self._place[key], roomy):
                 self._changed.wait(POLL_S)
         self.check()
+
+    def _admitted(self, place: int, roomy: Callable[[], bool]) -> bool:
+        return place <= self._wanted or (place <= self._wanted + self._ahead and roomy())
 
     def arrived(self, key: SeriesKey) -> None:
         """Say that what a series came to is there."""
@@ -65,7 +78,7 @@ class ReadAhead:
                     self._wait(place, reading)
                     yield place
                     with self._changed:
-                        self._last += 1
+                        self._wanted = place + 1
                         self._changed.notify_all()
                 reading.result()
             finally:

@@ -235,10 +235,12 @@ class _Desk:
     def _done(self, series: Series, outcome: SeriesOutcome) -> None:
         """Put down what a series came to; from any thread."""
         if self.waits is not None:
-            self.waits.admit(series.key)
-        sums = outcome.sums if series.key in self._kept else None
+            self.waits.admit(series.key, self._sums.roomy)
+        kept = series.key in self._kept
+        sums = outcome.sums if kept else None
         narrow = None if sums is None else narrowed(sums)
-        outcome = replace(outcome, sums=narrow)
+        first = outcome.first if kept or outcome.first is None else replace(outcome.first, middles=None)
+        outcome = replace(outcome, sums=narrow, first=first)
         cached = None if self._cache is None else self._cache.keep(series, self._recipes[series.key], outcome)
         if cached is None and narrow is not None:
             outcome = replace(outcome, sums=self._sums.keep(narrow, copied=narrow is not sums))

@@ -54,6 +54,11 @@ class KeptSums:
         kept.flags.writeable = False
         return kept
 
+    def roomy(self) -> bool:
+        """Whether less than three quarters of the memory for sums is taken, so that more may be kept ahead of time."""
+        with self._lock:
+            return 4 * sum(self._in_memory.values()) < 3 * MOST_KEPT_BYTES
+
     def forget(self, sums: PixelSums) -> None:
         """Hear that sums are no longer looked at, so that others may take their place."""
         with self._lock:

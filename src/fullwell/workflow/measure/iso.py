@@ -59,11 +59,10 @@ class IsoMeasurement:
     shadings: tuple[BurstShading, ...]
 
 
-def without_maps(measured: IsoMeasurement) -> IsoMeasurement:
-    """Return what was measured without its maps and sums, so that these can be let go."""
+def without_sums(measured: IsoMeasurement) -> IsoMeasurement:
+    """Return what was measured without the sums of its bursts, so that these can be let go."""
     shadings = tuple(replace(one, burst=one.burst.without_pixels()) for one in measured.shadings)
-    maps = IsoMaps(channels=(), mosaics={})
-    return replace(measured, bursts=without_pixels(measured.bursts), maps=maps, shadings=shadings)
+    return replace(measured, bursts=without_pixels(measured.bursts), shadings=shadings)
 
 
 def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequence[str] = ()) -> IsoMeasurement:

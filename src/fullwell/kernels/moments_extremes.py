@@ -98,28 +98,64 @@ def _of_columns(extremes: Extremes) -> tuple[NDArray[np.uint16], NDArray[np.uint
 
 
 @njit(cache=True, nogil=True)
-def _merge(low: NDArray[np.uint16], high: NDArray[np.uint16], band: Band, series: SeriesSums) -> None:
-    """Merge the extremes of a band's columns into those of its tiles, and write these over the columns'.
+def _least(x: NDArray[np.uint16]) -> tuple[np.uint16, np.uint16]:
+    """Return the lowest code of the even and of the odd columns."""
+    even, odd = _TOP_CODE, _TOP_CODE
+    for c in range(x.size // 2):
+        even, odd = min(even, x[2 * c]), min(odd, x[2 * c + 1])
+    return (min(even, x[x.size - 1]), odd) if x.size % 2 else (even, odd)
 
-    Where a tile has a new extreme, its count begins at nothing.
-    """
+
+@njit(cache=True, nogil=True)
+def _most(x: NDArray[np.uint16]) -> tuple[np.uint16, np.uint16]:
+    """Return the highest code of the even and of the odd columns."""
+    even, odd = np.uint16(0), np.uint16(0)
+    for c in range(x.size // 2):
+        even, odd = max(even, x[2 * c]), max(odd, x[2 * c + 1])
+    return (max(even, x[x.size - 1]), odd) if x.size % 2 else (even, odd)
+
+
+@njit(cache=True, nogil=True)
+def _write(x: NDArray[np.uint16], even: np.uint16, odd: np.uint16) -> None:
+    """Write a code over the even columns and another over the odd ones."""
+    for c in range(x.size // 2):
+        x[2 * c] = even
+        x[2 * c + 1] = odd
+    if x.size % 2:
+        x[x.size - 1] = even
+
+
+@njit(cache=True, nogil=True)
+def _replace(codes: NDArray[np.uint16], counts: NDArray[np.int64], tile: int, code: np.uint16) -> None:
+    """Keep the extreme of a tile; where it is a new one, its count begins at nothing."""
+    if code != codes[tile]:
+        codes[tile] = code
+        counts[tile] = 0
+
+
+@njit(cache=True, nogil=True)
+def _merge(low: NDArray[np.uint16], high: NDArray[np.uint16], band: Band, series: SeriesSums) -> None:
+    """Merge the extremes of a band's columns into those of its tiles, and write these over the columns'."""
     cell, step = band.cell, band.cell * band.tile
     tile_row, width = band.top // step, low.shape[1]
-    for site in range(cell * cell):
-        phase, first = site // cell, site % cell
+    for phase in range(cell):
+        one, other = phase * cell, phase * cell + cell - 1
         for tile in range(-(-width // step)):
-            lowest, highest = series.lowest[site, tile_row, tile], series.highest[site, tile_row, tile]
-            last = min((tile + 1) * step, width)
-            for c in range(tile * step + first, last, cell):
-                lowest, highest = min(lowest, low[phase, c]), max(highest, high[phase, c])
-            if lowest < series.lowest[site, tile_row, tile]:
-                series.lowest[site, tile_row, tile] = lowest
-                series.n_lowest[site, tile_row, tile] = 0
-            if highest > series.highest[site, tile_row, tile]:
-                series.highest[site, tile_row, tile] = highest
-                series.n_highest[site, tile_row, tile] = 0
-            for c in range(tile * step + first, last, cell):
-                low[phase, c], high[phase, c] = lowest, highest
+            own_low, own_high = low[phase, tile * step : (tile + 1) * step], high[phase, tile * step : (tile + 1) * step]
+            least, most = _least(own_low), _most(own_high)
+            if cell == 1:
+                least = (min(least[0], least[1]), min(least[0], least[1]))
+                most = (max(most[0], most[1]), max(most[0], most[1]))
+            low_one = min(least[0], series.lowest[one, tile_row, tile])
+            low_other = min(least[1], series.lowest[other, tile_row, tile])
+            high_one = max(most[0], series.highest[one, tile_row, tile])
+            high_other = max(most[1], series.highest[other, tile_row, tile])
+            _replace(series.lowest[one, tile_row], series.n_lowest[one, tile_row], tile, low_one)
+            _replace(series.lowest[other, tile_row], series.n_lowest[other, tile_row], tile, low_other)
+            _replace(series.highest[one, tile_row], series.n_highest[one, tile_row], tile, high_one)
+            _replace(series.highest[other, tile_row], series.n_highest[other, tile_row], tile, high_other)
+            _write(own_low, low_one, low_other)
+            _write(own_high, high_one, high_other)
 
 
 @njit(cache=True, nogil=True)
@@ -183,6 +219,16 @@ def _rows_of_list(stack: Stack, band: Band, phase: int, number: int) -> NDArray[
 
 
 @njit(cache=True, nogil=True)
+def _add_counts(n: NDArray[np.uint16], tile: int, counts: NDArray[np.int64]) -> None:
+    """Add what was counted in the columns of a plane to the counts of its tiles."""
+    for at in range(counts.size):
+        total = np.uint32(0)
+        for c in range(at * tile, min((at + 1) * tile, n.size)):
+            total = np.uint32(total + np.uint32(n[c]))
+        counts[at] += np.int64(total)
+
+
+@njit(cache=True, nogil=True)
 def close_extremes(stack: Stack, band: Band, extremes: Extremes, series: SeriesSums) -> None:
     """Merge the extremes of a band into those of its tiles, and count how often these occur."""
     cell, lists, width = extremes.lowest.shape
@@ -195,10 +241,9 @@ def close_extremes(stack: Stack, band: Band, extremes: Extremes, series: SeriesS
             starts = _rows_of_list(stack, band, phase, number)
             _count_list(stack, starts, extremes.lowest[phase, number], low[phase], n_low)
             _count_list(stack, starts, extremes.highest[phase, number], high[phase], n_high)
-        for tile in range(-(-width // step)):
-            for first in range(cell):
-                site, columns = phase * cell + first, slice(tile * step + first, min((tile + 1) * step, width), cell)
-                series.n_lowest[site, band.top // step, tile] += n_low[columns].sum()
-                series.n_highest[site, band.top // step, tile] += n_high[columns].sum()
+        for first in range(cell):
+            site = phase * cell + first
+            _add_counts(n_low[first::cell], band.tile, series.n_lowest[site, band.top // step])
+            _add_counts(n_high[first::cell], band.tile, series.n_highest[site, band.top // step])
         n_low[:] = 0
         n_high[:] = 0

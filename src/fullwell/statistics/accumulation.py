@@ -104,6 +104,6 @@ class Accumulation:
         self.pairs = self.pairs or other.pairs
         self.look.found = self.look.found or other.look.found
 
-    def finish(self) -> SeriesStatistics:
-        """Return the numbers of the series, which holds at least one frame."""
-        return finalize(self.moments, bursts=self.bursts, pairs=self.pairs, swept=self.swept)
+    def finish(self, *, workers: int = 1) -> SeriesStatistics:
+        """Return the numbers of the series, which holds at least one frame; ``workers`` as in `finalize`."""
+        return finalize(self.moments, bursts=self.bursts, pairs=self.pairs, swept=self.swept, workers=workers)

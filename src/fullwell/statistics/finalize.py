@@ -1,6 +1,7 @@
 """Moments become the numbers of a series; see `statistics.series` for what each of them means."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,7 @@ def finalize(
     bursts: Sequence[BurstSums] | None = None,
     pairs: Sequence[PairStatistics] | None = None,
     swept: Swept | None = None,
+    workers: int = 1,
 ) -> SeriesStatistics:
     """Return the statistics of a series.
 
@@ -40,12 +42,14 @@ def finalize(
         The first two frames of each plane, where somebody wants to know of them.
     swept
         What a sweep over the maps finds, where it is known already; the maps are not looked at then.
+    workers
+        Threads that look at the maps; their number changes nothing.
 
     """
     names = moments.names
     if not names:
         raise ValueError("a series without frames has no statistics")
-    swept = swept or _swept(moments)
+    swept = swept or _swept(moments, workers=workers)
     if len(names) <= LEGACY_FRAMES:
         bursts = [_burst(moments, site, sums) for site, sums in enumerate(swept.tiles)]
     planes: list[PlaneStatistics] = []
@@ -56,17 +60,20 @@ def finalize(
     return SeriesStatistics(frames=names, planes=tuple(planes), legacy=whole.legacy() if whole else None)
 
 
-def _swept(moments: Moments) -> Swept:
+def _swept(moments: Moments, *, workers: int) -> Swept:
     """Return the tile sums and the exact median of D of each plane, from the maps."""
     layout, frames = moments.layout, len(moments.names)
     maps = Maps(moments.maps.codes, moments.maps.squares, frames)
     shift = shift_for(maps)
     counts = np.zeros((layout.sites, BINS), np.int64)
-    tiles = sweep(moments, SpreadCounts(counts, shift))
+    tiles = sweep(moments, SpreadCounts(counts, shift), workers=workers)
     histograms = [SpreadHistogram(counts=own, shift=shift) for own in counts]
     sites = [(*divmod(site, layout.cell), layout.cell) for site in range(layout.sites)]
-    medians = [one.median(maps, site) for one, site in zip(histograms, sites, strict=True)] if frames > 1 else []
-    return Swept(tiles=tiles, medians=tuple(medians) or (_NAN,) * layout.sites)
+    if frames == 1:
+        return Swept(tiles=tiles, medians=(_NAN,) * layout.sites)
+    with ThreadPoolExecutor(workers) as pool:
+        medians = pool.map(lambda histogram, site: histogram.median(maps, site), histograms, sites)
+        return Swept(tiles=tiles, medians=tuple(medians))
 
 
 def _burst(moments: Moments, site: int, sums: TileSums) -> BurstSums:

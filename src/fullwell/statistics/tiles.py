@@ -5,6 +5,7 @@ discrete orthogonal polynomials of degree 0 to 2 span the six terms 1, u, v, u^2
 takes its own share off the sum of squares.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
 
@@ -90,24 +91,25 @@ def column_sums(layout: Layout) -> ColumnSums:
     return ColumnSums(squares, low, high, quartic, centred, linear, quadratic, power)
 
 
-def sweep(moments: Moments, counts: SpreadCounts) -> tuple[TileSums, ...]:
-    """Return the tile sums of each plane, and count D."""
+def sweep(moments: Moments, counts: SpreadCounts, *, workers: int = 1) -> tuple[TileSums, ...]:
+    """Return the tile sums of each plane, and count D; on some threads, whose number changes nothing."""
     layout = moments.layout
     maps = Maps(moments.maps.codes, moments.maps.squares, len(moments.frame_sums))
-    bands = layout.bands()
+    bands = tuple(enumerate(layout.bands()))
     sums = column_sums(layout)
-    for at, band in enumerate(bands):
-        own = ColumnSums(
-            sums.squares[at],
-            sums.low[at],
-            sums.high[at],
-            sums.quartic[at],
-            sums.centred[at],
-            sums.linear[at],
-            sums.quadratic[at],
-            sums.power[at],
-        )
-        summarize_band(maps, band, _surface(moments, band), own, counts)
+
+    def summarize(first: int) -> SpreadCounts:
+        own = counts if first == 0 else counts._replace(bins=np.zeros_like(counts.bins))
+        for at, band in bands[first::workers]:
+            summarize_band(maps, band, _surface(moments, band), ColumnSums(*(part[at] for part in sums)), own)
+        return own
+
+    if workers == 1:
+        summarize(0)
+    else:
+        with ThreadPoolExecutor(workers) as pool:
+            for other in tuple(pool.map(summarize, range(workers)))[1:]:
+                np.add(counts.bins, other.bins, out=counts.bins)
     return tuple(gathered(sums, site, layout) for site in range(layout.sites))
 
 

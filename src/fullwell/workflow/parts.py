@@ -147,7 +147,9 @@ def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool, only_two: bool)
         sums.add(batch)
 
 
-def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots) -> SeriesOutcome:
+def outcome_of(
+    series: Series, sums: Accumulation, record: Record, slots: Slots, *, workers: int = 1
+) -> SeriesOutcome:
     """Return what a series comes to once all its frames are added; ``sums`` of the outcome are those of the maps.
 
     Where one of the first five frames of an unlit series is damaged, the first five good ones are read once more.
@@ -156,7 +158,7 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots)
     if series.kind in UNLIT and len(names) > LEGACY_FRAMES and sums.bursts is None:
         sums.bursts = _burst_again(series, names[:LEGACY_FRAMES], sums.layout, slots)
     return SeriesOutcome(
-        statistics=sums.finish() if names else None,
+        statistics=sums.finish(workers=workers) if names else None,
         hashes=dict(sorted(record.hashes.items())),
         excluded=tuple(sorted(record.excluded, key=lambda one: one.name)),
         sums=sums.moments.maps.codes if names and sums.swept is None else None,

@@ -135,6 +135,12 @@ class Schedule:
             opened.busy -= 1
             return not opened.rest and opened.busy == 0
 
+    @property
+    def over(self) -> bool:
+        """Tell whether no thread has anything to read, so that those that are left may be used for something else."""
+        with self._changed:
+            return not self._waiting and not any(opened.busy or opened.rest for opened in self._open)
+
     def begin(self, opened: OpenSeries, layout: Layout) -> None:
         """Give a series its sums: those of a finished one if there are any, since new memory takes its time."""
         unlit = opened.series.kind in UNLIT

@@ -68,7 +68,9 @@ class _Reducer:
         slots.clear()
         if self._schedule.give_back(opened) and not stop.is_set():
             if not opened.spoilt:
-                self._done(opened.series, outcome_of(opened.series, opened.sums, opened.record, slots))
+                workers = self._plan.workers if self._schedule.over else 1
+                outcome = outcome_of(opened.series, opened.sums, opened.record, slots, workers=workers)
+                self._done(opened.series, outcome)
             self._schedule.close(opened, again=opened.spoilt)
 
     def _add_first(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:

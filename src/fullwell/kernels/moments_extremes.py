@@ -141,7 +141,10 @@ def _merge(low: NDArray[np.uint16], high: NDArray[np.uint16], band: Band, series
     for phase in range(cell):
         one, other = phase * cell, phase * cell + cell - 1
         for tile in range(-(-width // step)):
-            own_low, own_high = low[phase, tile * step : (tile + 1) * step], high[phase, tile * step : (tile + 1) * step]
+            own_low, own_high = (
+                low[phase, tile * step : (tile + 1) * step],
+                high[phase, tile * step : (tile + 1) * step],
+            )
             least, most = _least(own_low), _most(own_high)
             if cell == 1:
                 least = (min(least[0], least[1]), min(least[0], least[1]))
@@ -232,9 +235,9 @@ def _add_counts(n: NDArray[np.uint16], tile: int, counts: NDArray[np.int64]) -> 
 def close_extremes(stack: Stack, band: Band, extremes: Extremes, series: SeriesSums) -> None:
     """Merge the extremes of a band into those of its tiles, and count how often these occur."""
     cell, lists, width = extremes.lowest.shape
+    tile_row = band.top // (cell * band.tile)
     low, high = _of_columns(extremes)
     _merge(low, high, band, series)
-    step = cell * band.tile
     n_low, n_high = np.zeros(width, np.uint16), np.zeros(width, np.uint16)
     for phase in range(cell):
         for number in range(lists):
@@ -243,7 +246,7 @@ def close_extremes(stack: Stack, band: Band, extremes: Extremes, series: SeriesS
             _count_list(stack, starts, extremes.highest[phase, number], high[phase], n_high)
         for first in range(cell):
             site = phase * cell + first
-            _add_counts(n_low[first::cell], band.tile, series.n_lowest[site, band.top // step])
-            _add_counts(n_high[first::cell], band.tile, series.n_highest[site, band.top // step])
+            _add_counts(n_low[first::cell], band.tile, series.n_lowest[site, tile_row])
+            _add_counts(n_high[first::cell], band.tile, series.n_highest[site, tile_row])
         n_low[:] = 0
         n_high[:] = 0

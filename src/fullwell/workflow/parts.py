@@ -147,9 +147,7 @@ def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool, only_two: bool)
         sums.add(batch)
 
 
-def outcome_of(
-    series: Series, sums: Accumulation, record: Record, slots: Slots, *, workers: int = 1
-) -> SeriesOutcome:
+def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots, *, workers: int = 1) -> SeriesOutcome:
     """Return what a series comes to once all its frames are added; ``sums`` of the outcome are those of the maps.
 
     Where one of the first five frames of an unlit series is damaged, the first five good ones are read once more.

@@ -14,8 +14,8 @@ from fullwell.workflow.stream import streams
 
 MOST_BUFFER_BYTES: Final = 400_000_000
 MOST_MAP_BYTES: Final = 400_000_000
-MOST_SLOTS: Final = 8
-"""Whole frames a thread holds at once: the more, the more rarely the maps are touched."""
+MOST_SLOTS: Final = 5
+"""Whole frames a thread holds at once: a first burst. More touch the maps more rarely, but memory takes its time."""
 _MAP_BYTES_PER_PIXEL: Final = 12
 
 Done = Callable[[Series, SeriesOutcome], None]

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,7 @@ def _swept(moments: Moments, *, workers: int) -> Swept:
     if frames == 1:
         return Swept(tiles=tiles, medians=(_NAN,) * layout.sites)
     with ThreadPoolExecutor(workers) as pool:
-        medians = pool.map(lambda histogram, site: histogram.median(maps, site), histograms, sites)
+        medians = pool.map(SpreadHistogram.median, histograms, repeat(maps), sites)
         return Swept(tiles=tiles, medians=tuple(medians))
 
 

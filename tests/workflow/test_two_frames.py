@@ -35,8 +35,10 @@ def test_two_frames_need_no_maps(
     layout = Layout(height=height, width=width, cfa=cfa, tile=tile)
     with_maps, without = (Accumulation(layout, unlit=unlit) for _ in range(2))
     batch = Batch(("a", "b"), stack)
+    with_maps.look_at_pair(batch)
     with_maps.add(batch)
     without.add_only_two(batch)
+    without.look_at_pair(batch)
     assert_same(without.finish(), with_maps.finish())
 
 

@@ -11,7 +11,7 @@ from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.first_look import FirstLook
 from fullwell.statistics.moments import Layout, Moments
-from fullwell.statistics.pairs import PairStatistics, pairs_of
+from fullwell.statistics.pairs import PairStatistics, PairSums, pairs_of
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.statistics.tiles import Swept
 from fullwell.statistics.two_frames import add_two
@@ -81,7 +81,18 @@ class Accumulation:
     def look_at_pair(self, batch: Batch) -> None:
         """Keep what the first two frames of a batch tell together, where that of none is kept yet."""
         if self.pairs is None and len(batch.names) > 1:
-            self.pairs = pairs_of(batch.stack, (0, 1), self.layout)
+            self.pairs = pairs_of(batch.stack, (0, 1), self.layout, sums=self._sums_of_two(batch))
+
+    def _sums_of_two(self, batch: Batch) -> tuple[PairSums, ...]:
+        """Return what is known already of two frames that are all of the series."""
+        if self.swept is None:
+            return ()
+        totals = zip(*(self.moments.frame_sums[name] for name in batch.names), strict=True)
+        found: list[PairSums] = []
+        for (first, second), tiles in zip(totals, self.swept.tiles, strict=True):
+            differences, squares = int(tiles.spread.sum()), int(tiles.squares.sum())
+            found.append((first, second, differences, (squares - differences) // 2))
+        return tuple(found)
 
     def close_burst(self) -> None:
         """Keep the sums of the first five frames, where these are all that was added so far."""

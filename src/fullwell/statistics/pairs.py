@@ -48,8 +48,12 @@ class PairStatistics:
         return self.means[0] - self.means[1]
 
 
-def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> PairStatistics:
-    """Return what two frames of a plane tell.
+PairSums = tuple[int, int, int, int]
+"""Sums over a plane of two frames: the first, the second, squared differences, products [DN, DN, DN^2, DN^2]."""
+
+
+def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16], *, sums: PairSums | None = None) -> PairStatistics:
+    """Return what two frames of a plane tell; ``sums`` are theirs, where these are known already.
 
     Examples
     --------
@@ -60,9 +64,7 @@ def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> PairStatis
 
     """
     a, b = np.ascontiguousarray(first), np.ascontiguousarray(second)
-    sums = np.zeros(4, np.int64)
-    pair_sums(a, b, sums)
-    total_a, total_b, squares, products = sums.tolist()
+    total_a, total_b, squares, products = sums or _sums_of(a, b)
     n = a.size
     return PairStatistics(
         n=n,
@@ -73,7 +75,16 @@ def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> PairStatis
     )
 
 
-def pairs_of(stack: Stack, places: Sequence[int], layout: Layout) -> tuple[PairStatistics, ...]:
+def _sums_of(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> PairSums:
+    sums = np.zeros(4, np.int64)
+    pair_sums(first, second, sums)
+    total_a, total_b, squares, products = sums.tolist()
+    return total_a, total_b, squares, products
+
+
+def pairs_of(
+    stack: Stack, places: Sequence[int], layout: Layout, *, sums: Sequence[PairSums] = ()
+) -> tuple[PairStatistics, ...]:
     """Return what two frames of a stack tell of each plane.
 
     Parameters
@@ -84,13 +95,17 @@ def pairs_of(stack: Stack, places: Sequence[int], layout: Layout) -> tuple[PairS
         Which two, by their place in the stack.
     layout
         Planes of the mosaic.
+    sums
+        Of each plane, where these are known already.
 
     """
     pixels, shape = layout.height * layout.width, (layout.height, layout.width)
     starts = (int(stack.starts[place]) for place in places)
     first, second = (stack.codes[start : start + pixels].reshape(shape) for start in starts)
-    sites = (divmod(site, layout.cell) for site in range(layout.sites))
-    return tuple(
-        pair_of(first[row :: layout.cell, column :: layout.cell], second[row :: layout.cell, column :: layout.cell])
-        for row, column in sites
-    )
+    planes = [(slice(row, None, layout.cell), slice(column, None, layout.cell)) for row, column in _sites(layout)]
+    known = sums or (None,) * len(planes)
+    return tuple(pair_of(first[own], second[own], sums=its) for own, its in zip(planes, known, strict=True))
+
+
+def _sites(layout: Layout) -> tuple[tuple[int, int], ...]:
+    return tuple(divmod(site, layout.cell) for site in range(layout.sites))

@@ -139,12 +139,12 @@ def add_groups(
 
 
 def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool, only_two: bool) -> None:
-    if pairs:
-        sums.look_at_pair(batch)
     if only_two and len(batch.names) == 2:
         sums.add_only_two(batch)
     else:
         sums.add(batch)
+    if pairs:
+        sums.look_at_pair(batch)
 
 
 def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots, *, workers: int = 1) -> SeriesOutcome:

@@ -33,9 +33,10 @@ def add_two(moments: Moments, batch: Batch) -> Swept:
     whole = Band(0, layout.height, layout.cell, layout.tile)
     sum_two(batch.stack, whole, _polynomials_down(layout), found)
     moments.add_margins(batch, frames)
+    differences = found.differences[..., : int(moments.maps.highest.max()) + 1]
     return Swept(
         tiles=tuple(gathered(found.columns, site, layout) for site in range(layout.sites)),
-        medians=tuple(_median_square(counts) for counts in by_site(found.differences, cell=layout.cell)),
+        medians=tuple(_median_square(counts) for counts in by_site(differences, cell=layout.cell)),
     )
 
 

@@ -154,7 +154,7 @@ def reduce_in_groups(
         series,
         _layout(study, tile),
         kept=frozenset(kept),
-        at_once=max(sum(wanted[at : at + 1 + ahead]) for at in range(len(wanted))),
+        at_once=max((sum(wanted[at : at + 1 + ahead]) for at in range(len(wanted))), default=0),
         scratch=scratch,
         cache=cache,
         pairs=pairs,

@@ -11,7 +11,7 @@ from fullwell.report.drawing.axis import Axis
 from fullwell.report.drawing.colorbar import Bar
 from fullwell.report.drawing.colors import VIRIDIS, Colors
 from fullwell.report.drawing.geometry import Scale
-from fullwell.report.drawing.images import Interpolation, Shown
+from fullwell.report.drawing.images import Interpolation, Shown, Values
 from fullwell.report.drawing.legend import Key, Place
 from fullwell.report.drawing.painting import Painting
 from fullwell.report.drawing.style import INK, LEGEND, LETTERS, TITLE, Across
@@ -56,7 +56,7 @@ class Axes(Painting):
 
     def imshow(
         self,
-        values: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.uint8],
+        values: Values,
         *,
         cmap: Colors = VIRIDIS,
         vmin: float | None = None,
@@ -132,9 +132,9 @@ class Axes(Painting):
         """Name the panel."""
         self.heading = Heading(text=text, loc=loc, color=color, size=size, bold=bold)
 
-    def set_xlabel(self, text: str, *, color: str = INK, size: float = LETTERS, bold: bool = False) -> None:
+    def set_xlabel(self, text: str, *, color: str = INK, size: float = LETTERS) -> None:
         """Name the abscissa."""
-        self.x.label, self.x.label_color, self.x.label_size, self.x.label_bold = text, color, size, bold
+        self.x.label, self.x.label_color, self.x.label_size = text, color, size
 
     def set_ylabel(
         self, text: str, *, color: str = INK, size: float = LETTERS, bold: bool = False, turned: bool = True

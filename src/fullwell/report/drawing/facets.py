@@ -31,7 +31,7 @@ class Facets:
 
     corners: NDArray[np.float64]
     colors: NDArray[np.uint8]
-    zorder: float
+    zorder: float = 1.0
     clipped: bool = True
 
     def draw(self, pen: Pen, view: View) -> None:

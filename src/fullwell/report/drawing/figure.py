@@ -13,7 +13,7 @@ from fullwell.report.drawing.geometry import Array, Box
 from fullwell.report.drawing.images import Shown
 from fullwell.report.drawing.legend import Key, Legend
 from fullwell.report.drawing.pen import Pen
-from fullwell.report.drawing.style import INK, LEGEND, LETTERS, PAPER
+from fullwell.report.drawing.style import INK, LEGEND, PAPER
 from fullwell.report.drawing.text import CAPITAL, height
 
 _INCH: Final = 72.0
@@ -21,18 +21,19 @@ _EDGE: Final = 3.0
 """Left empty around everything [point]."""
 _BETWEEN: Final = 13.0
 """Between what stands around neighbouring panels [point]."""
+_BAR: Final = 0.45
+"""Length of a bar of colours that all panels share, as a share of the width."""
 _TURNS: Final = 3
 """Ticks depend on the size of a panel and it on what they need: this often both are reckoned."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """A panel and the cells of the grid that it takes."""
+    """A panel and the cells of a row of the grid that it takes."""
 
     axes: Axes
     row: int
     column: int
-    rows: int = 1
     columns: int = 1
 
 
@@ -48,8 +49,6 @@ class Grid:
         Of the rows and columns in proportion.
     part
         Left, top, right and bottom as shares of what the figure leaves for panels.
-    between
-        Left empty between neighbours [point].
     cells
         The panels.
 
@@ -60,13 +59,12 @@ class Grid:
     heights: Sequence[float]
     widths: Sequence[float]
     part: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
-    between: float = _BETWEEN
     cells: list[Cell] = field(default_factory=list[Cell])
 
-    def axes(self, row: int, column: int, *, rows: int = 1, columns: int = 1) -> Axes:
-        """Return a new panel that takes these cells."""
+    def axes(self, row: int, column: int, *, columns: int = 1) -> Axes:
+        """Return a new panel that takes a cell, or several of a row."""
         axes = Axes()
-        self.cells.append(Cell(axes=axes, row=row, column=column, rows=rows, columns=columns))
+        self.cells.append(Cell(axes=axes, row=row, column=column, columns=columns))
         return axes
 
     def lines(self) -> list[list[Axes]]:
@@ -95,20 +93,18 @@ class Grid:
             room.left,
             room.width,
             self.widths,
-            self.between,
             [(cell.column, cell.columns, need.left, need.right) for cell, need in zip(self.cells, needed, strict=True)],
         )
         down = _tracks(
             room.top,
             room.height,
             self.heights,
-            self.between,
-            [(cell.row, cell.rows, need.top, need.bottom) for cell, need in zip(self.cells, needed, strict=True)],
+            [(cell.row, 1, need.top, need.bottom) for cell, need in zip(self.cells, needed, strict=True)],
         )
         boxes: list[Box] = []
         for cell in self.cells:
             left, right = across[cell.column][0], across[cell.column + cell.columns - 1][1]
-            top, bottom = down[cell.row][0], down[cell.row + cell.rows - 1][1]
+            top, bottom = down[cell.row]
             boxes.append(Box(left=left, top=top, width=right - left, height=bottom - top))
         return boxes
 
@@ -174,7 +170,7 @@ class Figure:
         widths: Sequence[float] | None = None,
         part: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0),
     ) -> Grid:
-        """Return an empty grid, whose panels may take several cells."""
+        """Return an empty grid, whose panels may take several cells of a row."""
         heights, widths = heights or [1.0] * rows, widths or [1.0] * columns
         grid = Grid(rows=rows, columns=columns, heights=heights, widths=widths, part=part)
         self._grids.append(grid)
@@ -209,11 +205,9 @@ class Figure:
         if keys:
             self._legend = Legend(keys=tuple(keys), columns=columns or len(keys), size=size), loc == "upper right"
 
-    def colorbar(
-        self, shown: Shown, *, label: str = "", share: float = 0.45, extend: bool = False, size: float = LETTERS
-    ) -> None:
+    def colorbar(self, shown: Shown, *, label: str, extend: bool = False) -> None:
         """Put a bar of the colours that all panels share below them; see `Axes.colorbar`."""
-        self._bar = Bar(shown=shown, label=label, level=True, share=share, extend=extend, size=size)
+        self._bar = Bar(shown=shown, label=label, level=True, share=_BAR, extend=extend)
 
     def svg(self) -> bytes:
         """Return the drawing as SVG, the same bytes for the same drawing."""
@@ -248,7 +242,6 @@ def _tracks(
     start: float,
     length: float,
     shares: Sequence[float],
-    between: float,
     needs: Sequence[tuple[int, int, float, float]],
 ) -> list[tuple[float, float]]:
     """Return start and end of the boxes of each row or column.
@@ -259,8 +252,6 @@ def _tracks(
         Of the room [point].
     shares
         Of the rows or columns in proportion.
-    between
-        Left empty between neighbours [point].
     needs
         First row or column of each panel, how many it takes, and what it needs before and behind its box.
 
@@ -270,8 +261,8 @@ def _tracks(
     for first, count, low, high in needs:
         before[first] = max(before[first], low)
         behind[first + count - 1] = max(behind[first + count - 1], high)
-    free = max(length - float(before.sum() + behind.sum()) - between * (len(shares) - 1), 1.0)
+    free = max(length - float(before.sum() + behind.sum()) - _BETWEEN * (len(shares) - 1), 1.0)
     sizes = free * np.array(shares) / sum(shares)
-    taken = before + sizes + behind + between
+    taken = before + sizes + behind + _BETWEEN
     starts = start + before + np.concatenate([[0.0], np.cumsum(taken)[:-1]])
     return list(zip(starts.tolist(), (starts + sizes).tolist(), strict=True))

@@ -183,7 +183,6 @@ class Area:
     edge: str = "none"
     linewidth: float = 1.0
     linestyle: LineStyle = "-"
-    alpha: float = 1.0
     halo: str = ""
     zorder: float = 1.0
     clipped: bool = True
@@ -193,7 +192,7 @@ class Area:
         path = polygon(view.across(self.x), view.down(self.y))
         if self.halo:
             pen.path(path, stroke=self.halo, width=self.linewidth + 1.3)
-        pen.path(path, fill=self.fill, stroke=self.edge, width=self.linewidth, style=self.linestyle, alpha=self.alpha)
+        pen.path(path, fill=self.fill, stroke=self.edge, width=self.linewidth, style=self.linestyle)
 
     def covered(self, view: View) -> Array:
         """Return its corners."""

@@ -18,6 +18,8 @@ _PAD: Final = 7.0
 """Line and margin of the box of facts [point]."""
 _HEAD: Final = (8.0, 3.2)
 """Length and half the width of the head of an arrow [point]."""
+_SHAFT: Final = 1.1
+"""Width of its line [point]."""
 _PAPER_PAD: Final = 2.5
 
 
@@ -95,9 +97,7 @@ class Note:
             right, up = right * math.cos(turn) - up * math.sin(turn), right * math.sin(turn) + up * math.cos(turn)
         x, y = x + right, y - up
         if self.on_paper:
-            pen.box(
-                self._around(x, y).inside(**dict.fromkeys(("left", "top", "right", "bottom"), -_PAPER_PAD)), fill=PAPER
-            )
+            pen.box(self._around(x, y).widened(_PAPER_PAD), fill=PAPER)
         pen.words(
             self.text,
             x,
@@ -146,8 +146,6 @@ class Arrow:
 
     start: tuple[float, float]
     end: tuple[float, float]
-    color: str
-    linewidth: float
     zorder: float = 2.5
     clipped: bool = True
 
@@ -159,9 +157,9 @@ class Arrow:
         along = (ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9)
         aside = np.array([-along[1], along[0]])
         inner = ends + np.array([[1.0], [-1.0]]) * _HEAD[0] * along
-        pen.path(lines_path([inner.ravel().tolist()]), stroke=self.color, width=self.linewidth)
+        pen.path(lines_path([inner.ravel().tolist()]), stroke=INK, width=_SHAFT)
         for tip, base in zip(ends, inner, strict=True):
-            pen.path(polygon(*np.array([tip, base + _HEAD[1] * aside, base - _HEAD[1] * aside]).T), fill=self.color)
+            pen.path(polygon(*np.array([tip, base + _HEAD[1] * aside, base - _HEAD[1] * aside]).T), fill=INK)
 
     def covered(self, view: View) -> Array:
         """Return nothing."""

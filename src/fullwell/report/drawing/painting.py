@@ -11,7 +11,7 @@ from fullwell.report.drawing.colors import VIRIDIS, Colors
 from fullwell.report.drawing.dense import Cloud
 from fullwell.report.drawing.facets import Facets
 from fullwell.report.drawing.geometry import Array
-from fullwell.report.drawing.images import Interpolation, Shown
+from fullwell.report.drawing.images import Interpolation, Shown, Values
 from fullwell.report.drawing.legend import Key
 from fullwell.report.drawing.look import Look, LookOptions
 from fullwell.report.drawing.marks import Area, Bars, Course, DrawStyle, Mark, Rule, Span
@@ -79,8 +79,6 @@ class Painting:
         yerr: ArrayLike | None = None,
         elinewidth: float = 0.9,
         capsize: float = 0.0,
-        zorder: float = 2.0,
-        label: str = "",
         **options: Unpack[LookOptions],
     ) -> None:
         """Draw points with errors: those of one length both ways, or a pair of lengths below and above.
@@ -93,7 +91,7 @@ class Painting:
             Errors along each axis, shape (points,) or (2, points); a point without an error has NaN.
         elinewidth, capsize
             Width of the bars, half the width of their caps [point].
-        zorder, label, options
+        options
             As in `plot`.
 
         """
@@ -108,10 +106,9 @@ class Painting:
                     colors=(options.get("color", INK),),
                     linewidth=elinewidth,
                     capsize=capsize,
-                    zorder=zorder,
                 )
                 self._add(bars)
-        self.plot(x, y, zorder=zorder, label=label, **options)
+        self.plot(x, y, **options)
 
     def vlines(
         self, x: ArrayLike, low: ArrayLike, high: ArrayLike, *, colors: Sequence[str] = (INK,), linewidth: float = LINE
@@ -125,22 +122,25 @@ class Painting:
     def axhline(self, y: float, *, zorder: float = 2.0, label: str = "", **options: Unpack[LookOptions]) -> None:
         """Draw a level line through the whole panel; options as in `plot`."""
         self.y.see(np.array([y]))
-        self._rule(y, level=True, look=Look(**options), zorder=zorder, label=label)
+        look = Look(**options)
+        self._add(Rule(at=y, level=True, look=look, zorder=zorder))
+        if label:
+            self.keys.append(Key(label=label, look=look))
 
-    def axvline(self, x: float, *, zorder: float = 2.0, label: str = "", **options: Unpack[LookOptions]) -> None:
+    def axvline(self, x: float, *, zorder: float = 2.0, **options: Unpack[LookOptions]) -> None:
         """Draw an upright line through the whole panel; options as in `plot`."""
         self.x.see(np.array([x]))
-        self._rule(x, level=False, look=Look(**options), zorder=zorder, label=label)
+        self._add(Rule(at=x, level=False, look=Look(**options), zorder=zorder))
 
     def axhspan(self, low: float, high: float, *, color: str, alpha: float = 1.0) -> None:
         """Draw a level band through the whole panel, below all else."""
         self.y.see(np.array([low, high]))
         self._add(Span(low=low, high=high, level=True, color=color, alpha=alpha))
 
-    def axvspan(self, low: float, high: float, *, color: str, alpha: float = 1.0) -> None:
+    def axvspan(self, low: float, high: float, *, color: str) -> None:
         """Draw an upright band through the whole panel, below all else."""
         self.x.see(np.array([low, high]))
-        self._add(Span(low=low, high=high, level=False, color=color, alpha=alpha))
+        self._add(Span(low=low, high=high, level=False, color=color))
 
     def fill(
         self,
@@ -151,7 +151,6 @@ class Painting:
         edgecolor: str = "none",
         linewidth: float = 1.0,
         linestyle: LineStyle = "-",
-        alpha: float = 1.0,
         halo: str = "",
         zorder: float = 1.0,
     ) -> None:
@@ -164,7 +163,6 @@ class Painting:
             edge=edgecolor,
             linewidth=linewidth,
             linestyle=linestyle,
-            alpha=alpha,
             halo=halo,
             zorder=zorder,
         )
@@ -177,23 +175,21 @@ class Painting:
         width: float,
         height: float,
         *,
-        color: str = "none",
-        edgecolor: str = "none",
-        linewidth: float = 1.0,
+        edgecolor: str,
+        linewidth: float,
         halo: str = "",
-        zorder: float = 1.0,
     ) -> None:
-        """Draw a rectangle from a corner on, filled, outlined or both."""
+        """Outline a rectangle from a corner on."""
         across, up = [x, x + width, x + width, x], [y, y, y + height, y + height]
-        self.fill(across, up, color=color, edgecolor=edgecolor, linewidth=linewidth, halo=halo, zorder=zorder)
+        self.fill(across, up, edgecolor=edgecolor, linewidth=linewidth, halo=halo)
 
-    def facets(self, corners: NDArray[np.float64], colors: NDArray[np.uint8], *, zorder: float = 1.0) -> None:
+    def facets(self, corners: NDArray[np.float64], colors: NDArray[np.uint8]) -> None:
         """Draw filled polygons of four corners, shape (facets, 4, 2), the first painted first, as pixels."""
-        self._add(Facets(corners=corners, colors=colors, zorder=zorder))
+        self._add(Facets(corners=corners, colors=colors))
 
     def image(
         self,
-        values: NDArray[np.float64] | NDArray[np.float32] | NDArray[np.uint8],
+        values: Values,
         *,
         cmap: Colors = VIRIDIS,
         vmin: float | None = None,
@@ -219,11 +215,9 @@ class Painting:
         """Write at a point of the panel; options as in `NoteOptions`, ``^{2}`` raises, ``_{min}`` lowers."""
         self._add(Note(text=text, x=x, y=y, **options))
 
-    def arrow(
-        self, start: tuple[float, float], end: tuple[float, float], *, color: str = INK, linewidth: float = 1.1
-    ) -> None:
+    def arrow(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Draw an arrow with heads at both ends."""
-        self._add(Arrow(start=start, end=end, color=color, linewidth=linewidth))
+        self._add(Arrow(start=start, end=end))
 
     def facts(self, lines: Sequence[tuple[str, str]], *, corner: tuple[float, float], right: bool = False) -> None:
         """Write names and values as two columns in a box.
@@ -251,11 +245,6 @@ class Painting:
         self.x.see(across[shown])
         self.y.see(up[shown])
         return across, up
-
-    def _rule(self, at: float, *, level: bool, look: Look, zorder: float, label: str) -> None:
-        self._add(Rule(at=at, level=level, look=look, zorder=zorder))
-        if label:
-            self.keys.append(Key(label=label, look=look))
 
     def _ends(self, x: ArrayLike, y: ArrayLike, error: ArrayLike, *, upright: bool) -> tuple[Array, Array, Array]:
         """Return places along one axis with the ends of their errors on the other."""

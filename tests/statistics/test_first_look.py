@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fullwell.kernels.frame_products import add_products
+from fullwell.kernels.frame_products import add_frame_products
 from fullwell.kernels.stack import Band
 from fullwell.statistics.accumulation import Accumulation
 from fullwell.statistics.batch import Batch
@@ -21,7 +21,7 @@ def test_products_equal_their_readable_twin(highest: int, frames: int) -> None:
     mosaics = RNG.integers(highest // 2, highest + 1, (frames, 33, 1300)).astype(np.uint16)
     totals = np.zeros((frames, frames), np.uint64)
     for top in range(0, 33, 8):
-        add_products(stack_of(mosaics), Band(top, min(top + 8, 33), 2, 4), totals)
+        add_frame_products(stack_of(mosaics), Band(top, min(top + 8, 33), 2, 4), totals)
     assert [tuple(row[at:]) for at, row in enumerate(totals.tolist())] == [
         row[at:] for at, row in enumerate(frame_products(list(mosaics)))
     ]

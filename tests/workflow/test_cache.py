@@ -38,7 +38,7 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
 
 @pytest.fixture
 def decoded(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of all files that are read."""
+    """The names of all files that are read for their pixels."""
     names: list[str] = []
     original = Slots.read
 
@@ -303,7 +303,6 @@ from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.options import CacheChoice, Options
 from fullwell.workflow.reduce import reduce_study
-from fullwell.workflow.slots import Slots, Told
 study = load_study(Path(sys.argv[1]), Selection())
 time.sleep(max(0.0, float(sys.argv[3]) - time.time()))
 for _ in range(5):

@@ -1,9 +1,8 @@
 """Two frames, each passed through the high-pass filter, multiplied pixel by pixel and added up, in whole numbers.
 
-The filter is that of `high_pass`, times 308^2. Some columns at a time go down the frames, so that all that is kept of
-them stays in a cache. Sums of 7 along a row have room in 16 bits; what follows wraps around at 2^32, which
-leaves the filtered rows exact. What is kept lies in one array, in parts of a constant size: so the compiler sees that
-parts do not overlap, and works on eight columns at once.
+The filter is that of `high_pass`, times 308^2. Some columns at a time go down the frames. Sums of 7 along a row have
+room in 16 bits; what follows wraps around at 2^32, which leaves the filtered rows exact. What is kept lies in one
+array, in parts of a constant size: so the compiler sees that parts do not overlap, and works on eight columns at once.
 """
 
 from typing import Final, NamedTuple
@@ -18,7 +17,7 @@ WIDEST_RANGE: Final = 65535 // 7
 """Range of the codes of a plane up to which `add_filtered_products` is exact [DN]."""
 
 _COLUMNS: Final = 2032
-"""Columns that are filtered together: few enough that that stays in the second one."""
+"""Columns that are filtered together: few enough that all that is kept of them stays in the second-level cache."""
 _PART: Final = _COLUMNS + 24
 _WEIGHT: Final = np.uint32(308 * 308)
 _WORD: Final = np.int64(0xFFFFFFFF)

@@ -23,7 +23,7 @@ def _product(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True, nogil=True)
-def add_products(stack: Stack, band: Band, totals: NDArray[np.uint64]) -> None:
+def add_frame_products(stack: Stack, band: Band, totals: NDArray[np.uint64]) -> None:
     """Add the products of some rows.
 
     Parameters

@@ -1,9 +1,9 @@
 """Frames become exact integer sums in one sweep over the pixels, a row of tiles at a time.
 
 A mosaic's planes are the sites of its repeating cell, row-major: four for Bayer (cell 2), one for mono (cell 1). A row
-of tiles of all planes together is a *band* of ``tile * cell`` mosaic rows: the unit of work, so that every pixel of
-every frame is read once and the maps are touched once for all the frames at hand. Everything is an integer, so bands
-and frames may come in any order. `moments_reference` says the same in plain NumPy.
+of tiles of all planes together, ``tile * cell`` mosaic rows, or a strip of some of them is a *band*: the unit of work,
+so that every pixel of every frame is read once and the maps are touched once for all the frames at hand. Everything is
+an integer, so bands and frames may come in any order. `moments_reference` says the same in plain NumPy.
 """
 
 import numpy as np

@@ -48,7 +48,7 @@ class SumsOfTwo(NamedTuple):
     differences: NDArray[np.int64]
 
 
-class _Wide(NamedTuple):
+class _FourRows(NamedTuple):
     """S, Q and D of four rows, shape (4, width)."""
 
     sums: NDArray[np.uint32]
@@ -80,7 +80,7 @@ def _count_differences(stack: Stack, band: Band, counts: NDArray[np.int64]) -> N
 
 
 @njit(cache=True, nogil=True)
-def _combine(x: NDArray[np.uint16], y: NDArray[np.uint16], at: int, rows: _Wide) -> None:
+def _combine(x: NDArray[np.uint16], y: NDArray[np.uint16], at: int, rows: _FourRows) -> None:
     sums, squares, spreads = rows.sums[at], rows.squares[at], rows.spreads[at]
     for c in range(x.size):
         i, j = np.int64(x[c]), np.int64(y[c])
@@ -144,7 +144,7 @@ def _centre(tiles: NDArray[np.uint64], band: Band, reference: NDArray[np.float64
 def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums) -> None:
     """Add a band of any codes to the sums down its columns."""
     width, cell = stack.width, band.cell
-    four = _Wide(np.empty((4, width), np.uint32), np.empty((4, width), np.uint64), np.empty((4, width), np.uint64))
+    four = _FourRows(np.empty((4, width), np.uint32), np.empty((4, width), np.uint64), np.empty((4, width), np.uint64))
     for phase in range(cell):
         rows = max(0, (band.bottom - band.top - phase + cell - 1) // cell)
         for row in range(rows):

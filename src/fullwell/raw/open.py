@@ -204,18 +204,20 @@ def mosaic_at(header: RawHeader) -> int | None:
 
     None where the mosaic must be decoded, or must not be measured [byte].
     """
-    refused = any(finding.severity is Severity.ERROR for finding in header.findings)
-    if refused or not isinstance(header.layout, Layout):
-        return None
-    return rows_at(header.layout, header.active_area)
+    layout = _usable_layout(header)
+    return None if layout is None else rows_at(layout, header.active_area)
 
 
 def mosaic_coded_at(header: RawHeader) -> slice | None:
     """Return where in a frame's bytes lies the lossless JPEG that its visible mosaic is; None where it is not one."""
+    layout = _usable_layout(header)
+    return None if layout is None else coded_at(layout, header.active_area)
+
+
+def _usable_layout(header: RawHeader) -> Layout | None:
+    """Return where the segments of a file lie; None where there are none, or where it must not be measured."""
     refused = any(finding.severity is Severity.ERROR for finding in header.findings)
-    if refused or not isinstance(header.layout, Layout):
-        return None
-    return coded_at(header.layout, header.active_area)
+    return header.layout if isinstance(header.layout, Layout) and not refused else None
 
 
 def decode(

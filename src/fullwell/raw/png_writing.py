@@ -11,9 +11,8 @@ from fullwell.raw.png import SIGNATURE
 
 _GREY, _COLOR_AND_OPACITY = 0, 6
 """Kinds of pixels."""
-_LEVEL = 1
-_SMALL = 6
-"""How hard is packed."""
+_QUICK, _SMALL = 1, 6
+"""Levels of compression."""
 
 
 def write_png(path: Path, mosaic: NDArray[np.uint16]) -> None:
@@ -30,7 +29,7 @@ def write_png(path: Path, mosaic: NDArray[np.uint16]) -> None:
     height, width = mosaic.shape
     rows = np.zeros((height, 1 + 2 * width), np.uint8)
     rows[:, 1:] = np.ascontiguousarray(mosaic).astype(">u2").view(np.uint8).reshape(height, 2 * width)
-    path.write_bytes(_packed(rows, width, bits=16, kind=_GREY, level=_LEVEL))
+    path.write_bytes(_packed(rows, width, bits=16, kind=_GREY, level=_QUICK))
 
 
 def flat_png(image: NDArray[np.uint8]) -> bytes:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fullwell.raw.cfa import channel_rank
 from fullwell.report.drawing import Axes, Figure, Key, key
+from fullwell.report.drawing.images import data_uri
 from fullwell.report.drawing.style import INK, Marker
 from fullwell.report.numbers import show_iso
 
@@ -182,5 +183,4 @@ def drawing_of(picture: Picture) -> bytes:
 
 def picture_of(drawing: bytes, *, alt: str, caption: str) -> Picture:
     """Return an SVG as a picture."""
-    encoded = base64.b64encode(drawing).decode("ascii")
-    return Picture(uri=f"data:image/svg+xml;base64,{encoded}", alt=alt, caption=caption)
+    return Picture(uri=data_uri(drawing, kind="svg+xml"), alt=alt, caption=caption)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.frame_products import add_products
+from fullwell.kernels.frame_products import add_frame_products
 from fullwell.kernels.stack import Band, Stack
 from fullwell.statistics.batch import Batch
 
@@ -103,7 +103,7 @@ class _Addition:
         """Look at some rows."""
         if self._products:
             totals = np.zeros((len(self._places),) * 2, np.uint64)
-            add_products(Stack(stack.codes, stack.starts[self._places], stack.width), band, totals)
+            add_frame_products(Stack(stack.codes, stack.starts[self._places], stack.width), band, totals)
             for row, more in zip(self._products, totals.tolist(), strict=True):
                 row[:] = map(add, row, more)
         top, bottom = max(band.top, self._rows.start), min(band.bottom, self._rows.stop)

@@ -13,9 +13,7 @@ from typing import Final, TypeVar
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
 from fullwell.raw.open import decode, read_bytes
-from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.executor import Progress
-from fullwell.workflow.plan import Cluster
 from fullwell.workflow.reduce import Reduction, reduce_study
 
 CODE: Final = "duplicate-frame"
@@ -39,10 +37,6 @@ def reduce_without_copies(
     progress: Progress | None = None,
     keep: Collection[Kind] = (),
     scratch: Path | None = None,
-    pairs: bool = False,
-    least_kept: int = 1,
-    cache: SeriesCache | None = None,
-    cluster: Cluster | None = None,
 ) -> Reduction:
     """Return the statistics of a study's series, every file's content counted once.
 
@@ -51,7 +45,7 @@ def reduce_without_copies(
 
     Parameters
     ----------
-    study, workers, tile, progress, keep, scratch, pairs, least_kept, cache, cluster
+    study, workers, tile, progress, keep, scratch
         As `reduce_study`; ``progress`` starts again where frames are read a second time.
 
     Returns
@@ -60,18 +54,7 @@ def reduce_without_copies(
         Its hashes are of all files, copies included.
 
     """
-    reduce = partial(
-        reduce_study,
-        workers=workers,
-        tile=tile,
-        progress=progress,
-        keep=keep,
-        scratch=scratch,
-        pairs=pairs,
-        least_kept=least_kept,
-        cache=cache,
-        cluster=cluster,
-    )
+    reduce = partial(reduce_study, workers=workers, tile=tile, progress=progress, keep=keep, scratch=scratch)
     reduction = reduce(study)
     copies = find_copies(study, reduction)
     if copies.there:

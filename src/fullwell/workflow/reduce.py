@@ -67,7 +67,6 @@ def reduce_study(
     keep: Collection[Kind] = (),
     scratch: Path | None = None,
     pairs: bool = False,
-    least_kept: int = 1,
     cache: SeriesCache | None = None,
     cluster: Cluster | None = None,
 ) -> Reduction:
@@ -90,8 +89,6 @@ def reduce_study(
         longer used.
     pairs
         Whether the first two frames of each series are also looked at as a pair.
-    least_kept
-        Frames that a series has at least for its sums to be kept.
     cache
         Where finished series are looked for and kept.
     cluster
@@ -106,7 +103,7 @@ def reduce_study(
 
     """
     series = [one for one in study.series if one.frames]
-    kept = frozenset(one.key for one in series if one.kind in keep and len(one.frames) >= least_kept)
+    kept = frozenset(one.key for one in series if one.kind in keep)
     layout = _layout(study, tile)
     desk = _Desk(series, layout, kept=kept, at_once=len(kept), scratch=scratch, cache=cache, pairs=pairs)
     desk.read(workers=workers, progress=progress, cluster=cluster)

@@ -63,7 +63,7 @@ class KeptSums:
         """Hear that sums are no longer looked at, so that others may take their place."""
         with self._lock:
             self._in_memory.pop(id(sums), None)
-        let_go(sums)
+        _let_go(sums)
 
 
 def narrowed(sums: PixelSums) -> PixelSums:
@@ -79,7 +79,7 @@ def narrowed(sums: PixelSums) -> PixelSums:
     return sums.astype(np.uint16) if fits else sums
 
 
-def let_go(sums: NDArray[Any]) -> None:
+def _let_go(sums: NDArray[Any]) -> None:
     """Give back the memory that a mapped file takes in this process; it is read again where it is looked at again."""
     base = sums.base
     while isinstance(base, np.ndarray) and base.base is not None:

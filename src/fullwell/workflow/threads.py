@@ -1,7 +1,8 @@
 """Series are reduced by the threads of one machine, each file read once, in bounded memory.
 
-A thread takes a few frames of a series, reads, hashes and decodes them, and adds them to the sums of the series a row
-of tiles at a time. Frames may come in any order but for the first of a series, because sums merge exactly.
+A thread takes some frames of a series, reads, hashes and decodes them, strip by strip where it can (`slots`), and adds
+each strip to the sums of the series. Frames may come in any order but for the first of a series, because sums merge
+exactly.
 """
 
 from collections.abc import Sequence

@@ -23,8 +23,8 @@ _PER_POINT: Final = 2.2
 _JPEG_QUALITY: Final = 92
 
 
-def data_uri(image: bytes, *, kind: Literal["png", "jpeg"] = "png") -> str:
-    """Return a packed picture as a data URI."""
+def data_uri(image: bytes, *, kind: Literal["png", "jpeg", "svg+xml"] = "png") -> str:
+    """Return a picture as a data URI."""
     return f"data:image/{kind};base64,{base64.b64encode(image).decode('ascii')}"
 
 

@@ -126,7 +126,7 @@ def measure_study(path: Path, *, options: Options, progress: Progress | None = N
             keep=MEASURED_KINDS,
             scratch=Path(scratch),
         )
-        groups = group_by_iso(measured, reduction.statistics, reduction.sums)
+        groups = group_by_iso(measured, reduction.statistics, reduction.sums, reduction.first)
         isos = [measure_iso(study, group, workers=options.workers) for group in groups if group.flats]
         bursts = tuple(one for iso in isos for one in iso.shadings if len(one.channels) == len(iso.bursts.channels))
         rows = tuple(row for iso in isos for row in iso.section.rows if row.quantity.startswith("shading_"))

@@ -28,7 +28,7 @@ KEPT = (Kind.FLAT, Kind.DARK, Kind.BIAS)
 def local() -> Generator[LocalCluster]:
     """Two processes of one thread."""
     with LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+        n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
     ) as cluster:
         yield cluster
 

@@ -1,9 +1,15 @@
 """Regions of the mosaic: inside it, even, and alike at every size."""
 
+from pathlib import Path
+
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fullwell.raw.write import write_dng
+from fullwell.workflow.characterize import measure
 from fullwell.workflow.measure.regions import central_crop, central_tiles
+from fullwell.workflow.options import Options
 
 SIDES = st.integers(min_value=64, max_value=12000)
 
@@ -26,3 +32,31 @@ def test_the_crop_is_in_the_middle_and_its_tiles_do_not_overlap() -> None:
     assert len(tiles) == 16
     assert {(tile.width, tile.height) for tile in tiles} == {(64, 64)}
     assert len({(tile.x // 64, tile.y // 64) for tile in tiles}) == 16
+
+
+def test_a_corner_tile_of_one_pixel_tells_nothing_and_spoils_nothing(tmp_path: Path) -> None:
+    """At 97 by 65 pixels and tiles of 8 the last tile has one pixel: it knows no variance."""
+    rng = np.random.default_rng(0)
+    for kind, electrons in (("bias", 0.0), ("flat", 400.0), ("flat", 800.0)):
+        exposure = 0.0001 if kind == "bias" else electrons / 4000.0
+        folder = tmp_path / "study" / kind / "ISO_100"
+        folder.mkdir(parents=True, exist_ok=True)
+        for number in range(4):
+            codes = np.rint(64.0 + rng.normal(electrons, np.sqrt(9.0 + electrons), (65, 97)))
+            write_dng(
+                folder / f"{kind}_exp{round(exposure * 1e6):09d}us_{number}.dng",
+                codes.clip(0, 4095).astype(np.uint16),
+                cfa="mono",
+                black_level=[64],
+                white_level=4095,
+                iso=100.0,
+                exposure_s=exposure,
+            )
+    results = measure(tmp_path / "study", options=Options(workers=1)).results
+    (read_noise,) = (
+        row
+        for row in results.rows
+        if row.quantity == "read_noise" and "recommended" in row.flags and row.measured.unit == "DN"
+    )
+    assert read_noise.measured.std_error
+    assert abs(read_noise.measured.value - 3.0) < 4.0 * read_noise.measured.std_error

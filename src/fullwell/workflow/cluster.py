@@ -173,7 +173,7 @@ def connected(address: str | None, *, workers: int) -> Generator[DaskCluster | N
             LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
-                dashboard_address=cast("str", None),  # no page is served; the annotation is too narrow
+                dashboard_address="127.0.0.1:0",  # any free port: clusters may stand side by side
                 silence_logs=logging.ERROR,
             ) as cluster,
             Client(cluster) as client,

@@ -12,8 +12,9 @@ from itertools import chain
 from pathlib import Path
 
 from fullwell.frames.checks import exclusion_findings
-from fullwell.frames.series import Series, SeriesKey, Study
+from fullwell.frames.series import MEASURED_KINDS, Series, SeriesKey, Study
 from fullwell.report.pictures import Pictures, ResponsePicture
+from fullwell.statistics.pixels import PixelSums
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.duplicates import find_copies
 from fullwell.workflow.executor import Progress
@@ -29,7 +30,7 @@ from fullwell.workflow.pattern_pictures import response_pictures
 from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.plan import Cluster
 from fullwell.workflow.published.study import PublishedMeasurement
-from fullwell.workflow.reduce import Reduction, reduce_in_groups
+from fullwell.workflow.reduce import Reduction, reduce_in_groups, reduce_study
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,13 +123,14 @@ class IsoReader:
         published = PublishedMeasurement(self.study, options=self.options, folder=self.folder)
         order = sorted(measured.isos, key=lambda iso: (iso is None, iso or 0.0))
         groups = [[one for one in series if one.iso == iso] for iso in order]
+        kept = self._kept(groups)
         reductions = reduce_in_groups(
             measured,
             groups,
             workers=self.options.workers,
             tile=self.tile,
             progress=self.progress,
-            kept=self._kept(groups),
+            kept=kept,
             scratch=self.scratch,
             pairs=bool(self.options.profiles),
             cache=self.cache,
@@ -139,10 +141,35 @@ class IsoReader:
         with closing(reductions):
             for reduction in reductions:
                 files.append(replace(reduction, sums={}, first={}))
-                found = group_by_iso(measured, reduction.statistics, reduction.sums, reduction.first)
+                sums = {**reduction.sums, **self._sums_missed(measured, series, reduction, kept)}
+                found = group_by_iso(measured, reduction.statistics, sums, reduction.first)
                 isos.extend(self._measured(bursts, published, isos) for bursts in found)
         isos.sort(key=lambda one: measured.isos.index(one.bursts.iso))
         return MeasuredIsos(isos=tuple(isos), reduction=_together(measured, files), published=published)
+
+    def _sums_missed(
+        self, measured: Study, series: Sequence[Series], reduction: Reduction, kept: frozenset[SeriesKey]
+    ) -> Mapping[SeriesKey, PixelSums]:
+        """Read the series again that maps are made of in place of others, whose frames turned out to be damaged."""
+        found = reduction.statistics
+        good = [
+            replace(one, frames=tuple(frame for frame in one.frames if frame.name in found[one.key].frames))
+            for one in series
+            if one.key in found
+        ]
+        missed = frozenset() if self.options.profiles else may_be_mapped(good) - kept
+        if not missed:
+            return {}
+        again = replace(measured, series=tuple(one for one in good if one.key in missed))
+        return reduce_study(
+            again,
+            workers=self.options.workers,
+            tile=self.tile,
+            keep=MEASURED_KINDS,
+            scratch=self.scratch,
+            cache=self.cache,
+            cluster=self.cluster,
+        ).sums
 
     def _kept(self, groups: Iterable[Sequence[Series]]) -> frozenset[SeriesKey]:
         """Return the series whose pixels are looked at one by one."""

@@ -63,6 +63,7 @@ def _regions(plane: PlaneStatistics, cell: int) -> tuple[_RegionNoise, ...]:
         for left, right in zip(edges[1], edges[1][1:], strict=False):
             part = (slice(top, bottom), slice(left, right))
             dof = tiles.temporal_dof[part]
+            known = dof > 0  # a tile of one pixel in the corner tells nothing
             step = cell * tiles.size
             found.append(
                 _RegionNoise(
@@ -72,7 +73,7 @@ def _regions(plane: PlaneStatistics, cell: int) -> tuple[_RegionNoise, ...]:
                         width=min(right * tiles.size, plane.columns) * cell - left * step,
                         height=min(bottom * tiles.size, plane.rows) * cell - top * step,
                     ),
-                    variance_dn2=float((dof * tiles.temporal_variance[part]).sum() / dof.sum()),
+                    variance_dn2=float((dof * tiles.temporal_variance[part])[known].sum() / dof.sum()),
                     dof=float(dof.sum()),
                 )
             )

@@ -162,7 +162,7 @@ def may_be_mapped(series: Sequence[Series]) -> frozenset[SeriesKey]:
     """Return the series of one ISO whose sums maps may be made of, before any has been read.
 
     These are all flats; the shortest unlit series; those that lie between the flats by exposure; and the two nearest
-    on either side, so that one may turn out to be damaged. With several temperatures all are.
+    on either side, so that one may turn out to be damaged without another reading. With several temperatures all are.
     """
     flats = [one for one in series if one.kind is Kind.FLAT]
     several = [one for one in series if len(one.frames) > 1]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fullwell.kernels.compile_cache import forget_other_code
 from fullwell.raw.write import write_dng
 
 SCRIPT = """
@@ -46,3 +47,30 @@ def test_a_second_run_compiles_nothing(tmp_path: Path) -> None:
             )
     compiled(tmp_path)
     assert compiled(tmp_path) == 0
+
+
+def test_what_other_sources_were_compiled_into_is_forgotten(tmp_path: Path) -> None:
+    source, kept = tmp_path / "loops.py", tmp_path / "__pycache__"
+    index, code = kept / "loops.add-1.py311.nbi", kept / "loops.add-1.py311.1.nbc"
+    kept.mkdir()
+
+    def compile_again() -> None:
+        index.write_bytes(b"")
+        code.write_bytes(b"")
+
+    def are_there() -> list[bool]:
+        forget_other_code(tmp_path)
+        return [index.exists(), code.exists()]
+
+    source.write_text("one = 1\n", encoding="utf-8")
+    compile_again()
+    assert are_there() == [False, False]
+    compile_again()
+    assert are_there() == [True, True]
+    (tmp_path / "other.py").write_text("two = 2\n", encoding="utf-8")
+    assert are_there() == [False, False]
+
+
+def test_a_folder_without_sources_to_compile_is_left_as_it_is(tmp_path: Path) -> None:
+    forget_other_code(tmp_path / "missing")
+    assert not (tmp_path / "missing").exists()

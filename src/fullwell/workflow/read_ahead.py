@@ -12,7 +12,7 @@ from fullwell.frames.series import SeriesKey
 from fullwell.workflow.executor import POLL_S, Progress
 
 
-class _StoppedError(Exception):
+class _AbandonedError(Exception):
     """Nobody waits for what is read any more."""
 
 
@@ -64,7 +64,7 @@ class ReadAhead:
     def check(self) -> None:
         """Raise where all shall stop."""
         if self._stopped:
-            raise _StoppedError
+            raise _AbandonedError
 
     def groups(self, read: Callable[[], None]) -> Generator[int]:
         """Call ``read`` in the background and yield the place of each group once it is there.

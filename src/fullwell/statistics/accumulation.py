@@ -79,19 +79,25 @@ class Accumulation:
         self.swept = add_two(self.moments, batch)
 
     def look_at_pair(self, batch: Batch) -> None:
-        """Keep what the first two frames of a batch tell together, where that of none is kept yet."""
+        """Keep what the first two frames of a batch tell together, where that of none is kept yet.
+
+        Only light makes the slow variation that the high-pass filter is for.
+        """
         if self.pairs is None and len(batch.names) > 1:
-            self.pairs = pairs_of(batch.stack, (0, 1), self.layout, sums=self._sums_of_two(batch))
+            sums = self._sums_of_two(batch)
+            self.pairs = pairs_of(batch.stack, (0, 1), self.layout, sums=sums, filtered=not self.unlit)
 
     def _sums_of_two(self, batch: Batch) -> tuple[PairSums, ...]:
         """Return what is known already of two frames that are all of the series."""
         if self.swept is None:
             return ()
         totals = zip(*(self.moments.frame_sums[name] for name in batch.names), strict=True)
+        maps = self.moments.maps
+        extremes = zip(maps.lowest.min(axis=(1, 2)).tolist(), maps.highest.max(axis=(1, 2)).tolist(), strict=True)
         found: list[PairSums] = []
-        for (first, second), tiles in zip(totals, self.swept.tiles, strict=True):
+        for (first, second), tiles, own in zip(totals, self.swept.tiles, extremes, strict=True):
             differences, squares = int(tiles.spread.sum()), int(tiles.squares.sum())
-            found.append((first, second, differences, (squares - differences) // 2))
+            found.append(PairSums(first, second, differences, (squares - differences) // 2, own))
         return tuple(found)
 
     def close_burst(self) -> None:

@@ -47,13 +47,15 @@ def filtered(plane: NDArray[np.float64]) -> NDArray[np.float64]:
     return out
 
 
-def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> float:
+def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16], *, extremes: tuple[int, int]) -> float:
     """Return the covariance over pixels of two frames, each filtered: temporal noise drops out (EMVA1288 (32)).
 
     Parameters
     ----------
     first, second
         One plane of two frames, shape (M, N) [DN].
+    extremes
+        Lowest and highest code of both [DN].
 
     Returns
     -------
@@ -62,10 +64,10 @@ def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16]) -
 
     """
     n = (first.shape[0] - 2 * REACH) * (first.shape[1] - 2 * REACH)
-    lowest, highest = (int(kind(one(first), one(second))) for kind, one in ((min, np.min), (max, np.max)))
-    if highest - lowest <= WIDEST_RANGE:
+    first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
+    if extremes[1] - extremes[0] <= WIDEST_RANGE:
         totals = np.zeros(4, np.int64)
-        add_filtered_products(first, second, (lowest, highest), totals)
+        add_filtered_products(first, second, extremes, totals)
         low, high, sum_a, sum_b = totals.tolist()
         return ((low + (high << 32)) * n - sum_a * sum_b) / (n * n * 308**4)
     products, sums = _products(first, second)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,8 @@ class PairStatistics:
     spatial_variance
         Covariance of the frames, (32), signed [DN^2].
     filtered_variance
-        The same of the frames after the high-pass filter; None where the plane is too small for it [DN^2].
+        The same of the frames after the high-pass filter; None where nobody asked for it, or the plane is too small
+        for it [DN^2].
 
     """
 
@@ -48,11 +50,32 @@ class PairStatistics:
         return self.means[0] - self.means[1]
 
 
-PairSums = tuple[int, int, int, int]
-"""Sums over a plane of two frames: the first, the second, squared differences, products [DN, DN, DN^2, DN^2]."""
+class PairSums(NamedTuple):
+    """What is summed up over a plane of two frames, and the extreme codes of both.
+
+    Parameters
+    ----------
+    first, second
+        Sums of the codes [DN].
+    squares
+        Sum of the squared differences [DN^2].
+    products
+        Sum of the products [DN^2].
+    extremes
+        Lowest and highest code [DN].
+
+    """
+
+    first: int
+    second: int
+    squares: int
+    products: int
+    extremes: tuple[int, int]
 
 
-def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16], *, sums: PairSums | None = None) -> PairStatistics:
+def pair_of(
+    first: NDArray[np.uint16], second: NDArray[np.uint16], *, sums: PairSums | None = None, filtered: bool = True
+) -> PairStatistics:
     """Return what two frames of a plane tell; ``sums`` are theirs, where these are known already.
 
     Examples
@@ -63,27 +86,27 @@ def pair_of(first: NDArray[np.uint16], second: NDArray[np.uint16], *, sums: Pair
     ((11.0, 12.0), 0.333333333333, 0.666666666667)
 
     """
-    a, b = np.ascontiguousarray(first), np.ascontiguousarray(second)
-    total_a, total_b, squares, products = sums or _sums_of(a, b)
-    n = a.size
+    known = sums or _sums_of(np.ascontiguousarray(first), np.ascontiguousarray(second))
+    n = first.size
+    fits = filtered and min(first.shape) >= SMALLEST_PLANE
     return PairStatistics(
         n=n,
-        means=(total_a / n, total_b / n),
-        temporal_variance=(squares * n - (total_a - total_b) ** 2) / (2 * n * n),
-        spatial_variance=(products * n - total_a * total_b) / (n * n),
-        filtered_variance=filtered_covariance(a, b) if min(a.shape) >= SMALLEST_PLANE else None,
+        means=(known.first / n, known.second / n),
+        temporal_variance=(known.squares * n - (known.first - known.second) ** 2) / (2 * n * n),
+        spatial_variance=(known.products * n - known.first * known.second) / (n * n),
+        filtered_variance=filtered_covariance(first, second, extremes=known.extremes) if fits else None,
     )
 
 
 def _sums_of(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> PairSums:
     sums = np.zeros(4, np.int64)
     pair_sums(first, second, sums)
-    total_a, total_b, squares, products = sums.tolist()
-    return total_a, total_b, squares, products
+    lowest, highest = min(first.min(), second.min()), max(first.max(), second.max())
+    return PairSums(*sums.tolist(), extremes=(int(lowest), int(highest)))
 
 
 def pairs_of(
-    stack: Stack, places: Sequence[int], layout: Layout, *, sums: Sequence[PairSums] = ()
+    stack: Stack, places: Sequence[int], layout: Layout, *, sums: Sequence[PairSums] = (), filtered: bool = True
 ) -> tuple[PairStatistics, ...]:
     """Return what two frames of a stack tell of each plane.
 
@@ -97,6 +120,8 @@ def pairs_of(
         Planes of the mosaic.
     sums
         Of each plane, where these are known already.
+    filtered
+        Whether the frames are also looked at after the high-pass filter, which takes most of the time.
 
     """
     pixels, shape = layout.height * layout.width, (layout.height, layout.width)
@@ -104,7 +129,9 @@ def pairs_of(
     first, second = (stack.codes[start : start + pixels].reshape(shape) for start in starts)
     planes = [(slice(row, None, layout.cell), slice(column, None, layout.cell)) for row, column in _sites(layout)]
     known = sums or (None,) * len(planes)
-    return tuple(pair_of(first[own], second[own], sums=its) for own, its in zip(planes, known, strict=True))
+    return tuple(
+        pair_of(first[own], second[own], sums=its, filtered=filtered) for own, its in zip(planes, known, strict=True)
+    )
 
 
 def _sites(layout: Layout) -> tuple[tuple[int, int], ...]:

@@ -128,18 +128,25 @@ STEEP_TABLE = ((1,) * 16, tuple(range(16)))
 def lossless_jpeg(
     samples: np.ndarray, *, precision: int, predictor: int, table: tuple[tuple, tuple] = FLAT_TABLE, shift: int = 0
 ) -> bytes:
-    """Return lossless JPEG (T.81 process 14) of samples, shape (lines, columns, components)."""
+    """Return lossless JPEG (T.81 process 14) of samples, shape (lines, columns, components), with one Huffman table."""
+    tables = (table,) * samples.shape[2]
+    return lossless_jpeg_of_tables(samples, precision=precision, predictor=predictor, tables=tables, shift=shift)
+
+
+def lossless_jpeg_of_tables(
+    samples: np.ndarray, *, precision: int, predictor: int, tables: tuple[tuple[tuple, tuple], ...], shift: int = 0
+) -> bytes:
+    """Return the same with a Huffman table for each component."""
     lines, columns, components = samples.shape
     shifted = samples.astype(np.int64) >> shift
-    bits = "".join(_coded(shifted, 1 << (precision - shift - 1), predictor, table))
+    bits = "".join(_coded(shifted, 1 << (precision - shift - 1), predictor, tables))
     bits += "1" * (-len(bits) % 8)
     coded = int(bits or "0", 2).to_bytes(len(bits) // 8, "big").replace(b"\xff", b"\xff\0")
-    counts, categories = table
     identifiers = range(1, components + 1)
     return b"".join(
         (
             b"\xff\xd8",
-            _marker(0xC4, bytes((0, *counts, *categories))),
+            *(_marker(0xC4, bytes((place, *table[0], *table[1]))) for place, table in enumerate(tables)),
             _marker(
                 0xC3,
                 struct.pack(">BHHB", precision, lines, columns, components)
@@ -147,7 +154,15 @@ def lossless_jpeg(
             ),
             _marker(
                 0xDA,
-                bytes((components, *(value for index in identifiers for value in (index, 0)), predictor, 0, shift)),
+                bytes(
+                    (
+                        components,
+                        *(value for index in identifiers for value in (index, (index - 1) << 4)),
+                        predictor,
+                        0,
+                        shift,
+                    )
+                ),
             ),
             coded,
             b"\xff\xd9",
@@ -159,7 +174,7 @@ def _marker(code: int, payload: bytes) -> bytes:
     return struct.pack(">BBH", 0xFF, code, len(payload) + 2) + payload
 
 
-def _coded(samples: np.ndarray, first: int, predictor: int, table: tuple[tuple, tuple]) -> list[str]:
+def _codes(table: tuple[tuple, tuple]) -> dict[int, str]:
     codes = {}
     code, remaining = 0, list(table[1])
     for length, count in enumerate(table[0], start=1):
@@ -167,12 +182,17 @@ def _coded(samples: np.ndarray, first: int, predictor: int, table: tuple[tuple, 
             codes[remaining.pop(0)] = format(code, f"0{length}b")
             code += 1
         code <<= 1
+    return codes
+
+
+def _coded(samples: np.ndarray, first: int, predictor: int, tables: tuple[tuple[tuple, tuple], ...]) -> list[str]:
+    all_codes = [_codes(table) for table in tables]
     coded = []
     lines, columns, components = samples.shape
     for line in range(lines):
         for column in range(columns):
             for component in range(components):
-                plane = samples[:, :, component]
+                plane, codes = samples[:, :, component], all_codes[component]
                 predicted = _predicted(plane, line, column, first, predictor)
                 difference = (int(plane[line, column]) - predicted + 32768) % 65536 - 32768
                 if difference == -32768:

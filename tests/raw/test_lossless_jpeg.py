@@ -1,16 +1,17 @@
 import struct
+from collections.abc import Callable
 
 import imagecodecs
 import numpy as np
 import pytest
-from dng_builder import FLAT_TABLE, STEEP_TABLE, lossless_jpeg
+from dng_builder import FLAT_TABLE, STEEP_TABLE, lossless_jpeg, lossless_jpeg_of_tables
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
-from fullwell.kernels.lossless_jpeg import COMPLETE, decode_scan, decode_scan_plain, decoding_tables
 from fullwell.kernels.lossless_jpeg_encoding import count_categories, encode_scan, encode_scan_plain
-from fullwell.raw.lossless_jpeg import decode_lossless, parse_scan
+from fullwell.kernels.lossless_jpeg_reference import decode_scan_plain
+from fullwell.raw.lossless_jpeg import decode_lossless, decode_lossless_pair, parse_scan
 from fullwell.raw.lossless_jpeg_writing import code_lengths, encode_lossless
 
 
@@ -30,11 +31,9 @@ def test_kernel_and_twin_recover_what_was_coded(predictor: int, components: int,
     scan = parse_scan(memoryview(stream))
     assert (scan.width, scan.height, scan.predictor, len(scan.tables)) == (9, 7, predictor, components)
     parameters = {"width": 9, "height": 7, "start_value": 1 << 13, "predictor": predictor, "shift": 0}
-    coded = np.frombuffer(stream, dtype=np.uint8)[scan.start :]
-    outcome, fast = decode_scan(coded, decoding_tables((table,) * components), **parameters)
+    fast = decode_lossless(memoryview(stream), samples=samples.size)
     plain = decode_scan_plain(stream[scan.start : -2], (table,) * components, **parameters)
-    assert outcome == COMPLETE
-    np.testing.assert_array_equal(fast, samples.reshape(7, -1))
+    np.testing.assert_array_equal(fast, samples.ravel())
     np.testing.assert_array_equal(plain, samples.reshape(7, -1))
 
 
@@ -51,6 +50,77 @@ def test_decodes_an_independent_encoder(bits: int) -> None:
     samples = np.random.default_rng(bits).integers(0, 1 << bits, (40, 64), dtype=np.uint16)
     stream = bytes(imagecodecs.ljpeg_encode(samples, bitspersample=bits))
     np.testing.assert_array_equal(decode_lossless(memoryview(stream), samples=samples.size), samples.ravel())
+
+
+@pytest.mark.parametrize("predictor", range(1, 8))
+@pytest.mark.parametrize("components", [1, 2, 3, 4])
+def test_two_segments_decode_as_each_does(components: int, predictor: int) -> None:
+    samples = [
+        samples_of(lines=30, columns=53, components=components, precision=14, seed=10 * predictor + index)
+        for index in range(2)
+    ]
+    tables = (FLAT_TABLE, STEEP_TABLE, FLAT_TABLE, STEEP_TABLE)[:components]
+    streams = [
+        memoryview(lossless_jpeg_of_tables(each, precision=14, predictor=predictor, tables=tables)) for each in samples
+    ]
+    decoded = decode_lossless_pair(streams, samples=[samples[0].size] * 2)
+    for found, stream, each in zip(decoded, streams, samples, strict=True):
+        np.testing.assert_array_equal(found, each.ravel())
+        np.testing.assert_array_equal(found, decode_lossless(stream, samples=each.size))
+
+
+@pytest.mark.parametrize("unlike", ["lines", "columns", "precision", "predictor", "shift", "components", "table"])
+def test_two_unlike_segments_decode_too(unlike: str) -> None:
+    kinds = {"lines": 9, "columns": 12, "components": 2, "precision": 12, "predictor": 1, "shift": 0}
+    others = kinds | {"lines": 6, "columns": 5, "components": 1, "precision": 14, "predictor": 7, "shift": 2}
+    second = kinds | ({unlike: others[unlike]} if unlike != "table" else {})
+    streams, expected = [], []
+    for kind, table in ((kinds, FLAT_TABLE), (second, STEEP_TABLE if unlike == "table" else FLAT_TABLE)):
+        shape = {name: kind[name] for name in ("lines", "columns", "components")}
+        samples = samples_of(**shape, precision=10, seed=1) << kind["shift"]
+        options = {name: kind[name] for name in ("precision", "predictor", "shift")}
+        streams.append(memoryview(lossless_jpeg(samples, **options, table=table)))
+        expected.append(samples.ravel())
+    for found, wanted in zip(
+        decode_lossless_pair(streams, samples=[each.size for each in expected]), expected, strict=True
+    ):
+        np.testing.assert_array_equal(found, wanted)
+
+
+@pytest.mark.parametrize("cut", [0, 1])
+def test_either_of_two_segments_may_be_damaged(cut: int) -> None:
+    samples = samples_of(lines=20, columns=20, components=2, precision=12, seed=1)
+    streams = [lossless_jpeg(samples, precision=12, predictor=1) for _ in range(2)]
+    streams[cut] = streams[cut][: len(streams[cut]) // 2]
+    with pytest.raises(UnreadableFileError, match=r"ends early|impossible code"):
+        decode_lossless_pair([memoryview(stream) for stream in streams], samples=[samples.size] * 2)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1), size=st.integers(0, 400), components=st.integers(1, 4), predictor=st.integers(1, 7)
+)
+def test_whatever_the_bytes_are_two_segments_end_as_each_does(
+    *, seed: int, size: int, components: int, predictor: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    samples = samples_of(lines=9, columns=8, components=components, precision=12, seed=seed)
+    stream = lossless_jpeg(samples, precision=12, predictor=predictor)
+    start = parse_scan(memoryview(stream)).start
+    noise = rng.choice(np.array([0, 1, 0x55, 0xAA, 0xFE, 0xFF], np.uint8), (2, size)).astype(np.uint8)
+    streams = [memoryview(stream[:start] + bytes(each) + b"\xff\xd9") for each in noise]
+    alone = [_outcome(lambda each=each: [decode_lossless(each, samples=samples.size)]) for each in streams]
+    together = _outcome(lambda: decode_lossless_pair(streams, samples=[samples.size] * 2))
+    if all(isinstance(each, list) for each in alone):
+        np.testing.assert_array_equal(together, [each[0] for each in alone])
+    else:
+        assert together in alone
+
+
+def _outcome(decode: Callable[[], list[np.ndarray]]) -> list[np.ndarray] | str:
+    try:
+        return decode()
+    except UnreadableFileError as error:
+        return str(error)
 
 
 def test_difference_of_32768_has_no_additional_bits() -> None:

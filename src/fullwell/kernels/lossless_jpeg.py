@@ -1,330 +1,307 @@
-"""Samples of a lossless JPEG scan (ITU-T T.81, annex H): a compiled decoder and its readable twin.
+"""Samples of a lossless JPEG scan (ITU-T T.81, annex H): the compiled decoder; its readable twin stands beside it.
 
-Which function: `decode_scan` to decode, `decode_scan_plain` to understand and to test.
+Which function: `decode_lines`, for some lines or all, of one scan or of two at a time.
+
+A line's differences are decoded four at a time where the next eight bytes and the table tell that nothing unusual is
+among them, else one by one; then its predictions are added. What takes the time is that only a code tells where the
+next one begins: two scans that take turns, four samples each, wait at the same time.
 
 Written for speed and for safety: whatever the bytes are, nothing outside the arrays is read or written, and a scan
 that ends early or holds an impossible code is reported. Decoders that trust their input end the process instead.
 """
 
-from typing import Final
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final, TypeAlias
 
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-_PEEK: Final = 12
-"""Bits looked up at once: 16 KiB a table, which stays in the first-level cache."""
-_UNRESOLVED: Final = 255
-_FIRST: Final = 1 << _PEEK
-_COUNT: Final = _FIRST + 17
-_OFFSET: Final = _COUNT + 17
-_CATEGORY: Final = _OFFSET + 17
-_TABLE_LENGTH: Final = _CATEGORY + 256
+from fullwell.kernels.lossless_jpeg_tables import PEEK, TABLE_LENGTH, UNRESOLVED, long_code
+
+_UNSEEN: Final = np.uint64(64 - PEEK)
+"""Bits of the buffer below those that are looked up."""
+_GROUP: Final = 4
+"""Differences that a buffer of 56 bits holds whatever they are, as long as each is looked up whole."""
+_LOW_BITS: Final = np.uint64(0x0101010101010101)
+_HIGH_BITS: Final = np.uint64(0x8080808080808080)
+
+_Bits: TypeAlias = tuple[np.uint64, np.uint64, int, int]
+"""The next byte, the buffer, whose highest bits come first, how many of them are read, and how many are padding."""
 
 COMPLETE: Final = 0
 ENDED_EARLY: Final = 1
 IMPOSSIBLE_CODE: Final = 2
 
 
-def decoding_tables(tables: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]) -> NDArray[np.int32]:
-    """Return the decoder's view of Huffman tables.
-
-    Parameters
-    ----------
-    tables
-        For each component: codes of each length 1 to 16, and the categories in the order of their codes (T.81, C.2).
-        Categories are at most 16, and no more codes than their lengths allow.
-
-    Returns
-    -------
-    ndarray
-        One row per component. First, for every value the next 12 bits can have, ``difference << 16 | category << 8 |
-        bits to take``: category 0 means that the difference is complete, 255 that the code is longer than 12 bits.
-        Then, by code length 0 to 16, the first code, the number of codes, and where their categories begin; then the
-        categories. One array, because handing over several costs more than the decoding.
-
-    """
-    built = np.zeros((len(tables), _TABLE_LENGTH), dtype=np.int32)
-    for row, (counts, categories) in zip(built, tables, strict=True):
-        row[:_FIRST] = _UNRESOLVED << 8
-        row[_COUNT + 1 : _OFFSET] = counts
-        row[_CATEGORY : _CATEGORY + len(categories)] = categories
-        _fill(row)
-    return built
-
-
-@nb.njit(cache=True, nogil=True)
-def _fill(table: NDArray[np.int32]) -> None:
-    code = 0
-    offset = 0
-    for length in range(1, 17):
-        table[_FIRST + length] = code
-        table[_OFFSET + length] = offset
-        count = table[_COUNT + length]
-        if length <= _PEEK:
-            for index in range(count):
-                _enter(table, code + index, length, table[_CATEGORY + offset + index])
-        offset += count
-        code = (code + count) << 1
-
-
-@nb.njit(cache=True, nogil=True)
-def _enter(table: NDArray[np.int32], code: int, length: int, category: np.int32) -> None:
-    """Enter one code of at most 12 bits, with its difference where that fits into the 12 bits too."""
-    spare = _PEEK - length
-    start = code << spare
-    if 0 < category <= spare:
-        width = 1 << (spare - category)
-        for bits in range(1 << category):
-            difference = bits if bits >= 1 << (category - 1) else bits - (1 << category) + 1
-            table[start + bits * width : start + (bits + 1) * width] = (difference << 16) | (length + category)
-    else:
-        table[start : start + (1 << spare)] = (category << 8) | length
-
-
-def decode_scan(
-    data: NDArray[np.uint8],
-    tables: NDArray[np.int32],
-    *,
-    width: int,
-    height: int,
-    start_value: int,
-    predictor: int,
-    shift: int,
-    out: NDArray[np.uint16] | None = None,
-) -> tuple[int, NDArray[np.uint16]]:
-    """Decode the samples of one scan.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CodedScan:
+    """A scan, and how far it is decoded.
 
     Parameters
     ----------
     data
         The coded bytes, from the first byte after the scan header.
     tables
-        `decoding_tables` of the interleaved components.
-    width, height
-        Samples per line and component; lines.
+        `lossless_jpeg_tables.decoding_tables` of the interleaved components.
+    state
+        Where its decoder stands, which moves on: the next byte, the bits in its buffer, padded ones, the buffer.
+
+    """
+
+    data: NDArray[np.uint8]
+    tables: NDArray[np.int32]
+    state: NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, np.int64))
+
+
+def decode_lines(
+    scans: Sequence[CodedScan],
+    out: Sequence[NDArray[np.uint16]],
+    *,
+    components: int,
+    start_value: int,
+    predictor: int,
+    above: bool = False,
+) -> int:
+    """Decode the next lines of a scan, or of two of the same shape, without their point transform.
+
+    Parameters
+    ----------
+    scans
+        One, or two with as many tables each.
+    out
+        The lines of each, components interleaved, C-contiguous, shape (lines, samples of a line).
+    components
+        How many components are interleaved.
     start_value
         Prediction of the very first sample: 2^(precision - shift - 1).
     predictor
         1 to 7 (T.81, table H.1).
-    shift
-        Point transform: samples are multiplied by 2^shift at the end.
-    out
-        Memory for as many samples, in row order; None takes new memory.
-
-    Returns
-    -------
-    outcome, samples
-        ``COMPLETE``, ``ENDED_EARLY`` or ``IMPOSSIBLE_CODE``; and the samples as ``uint16`` of shape
-        (height, width * components), components interleaved. Valid where the outcome is ``COMPLETE``.
-
-    """
-    shape = (height, width * len(tables))
-    samples = np.empty(shape, dtype=np.uint16) if out is None else out.reshape(shape)
-    outcome = _decode(data, tables, (start_value, predictor, 0), new_state(), samples)
-    if shift:
-        samples <<= np.uint16(shift)
-    return int(outcome), samples
-
-
-def new_state() -> NDArray[np.int64]:
-    """Return where a decoder stands that has not begun: the next byte, bits in its buffer, padded ones, the buffer."""
-    return np.zeros(4, np.int64)
-
-
-def decode_lines(
-    data: NDArray[np.uint8],
-    tables: NDArray[np.int32],
-    state: NDArray[np.int64],
-    out: NDArray[np.uint16],
-    *,
-    start_value: int,
-    predictor: int,
-    above: bool,
-) -> int:
-    """Decode the next lines of a scan, without its point transform.
-
-    Parameters
-    ----------
-    data, tables, start_value, predictor
-        As `decode_scan`.
-    state
-        Where the decoder stands; moved on.
-    out
-        The lines, components interleaved, shape (lines, samples of a line).
     above
         Whether the first line is the one above, which is known; only the very first lines have none.
 
     Returns
     -------
     int
-        ``COMPLETE``, ``ENDED_EARLY`` or ``IMPOSSIBLE_CODE``.
+        ``COMPLETE``, ``ENDED_EARLY`` or ``IMPOSSIBLE_CODE``; lines are valid where it is ``COMPLETE``.
 
     """
-    return int(_decode(data, tables, (start_value, predictor, int(above)), state, out))
-
-
-def decode_scan_plain(
-    data: bytes,
-    tables: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...],
-    *,
-    width: int,
-    height: int,
-    start_value: int,
-    predictor: int,
-    shift: int,
-) -> NDArray[np.uint16]:
-    """Do what `decode_scan` does, as annex H of T.81 tells it, one sample at a time; for whole scans only."""
-    coded = data.replace(b"\xff\x00", b"\xff")
-    bits = "".join(f"{byte:08b}" for byte in coded)
-    codes = [_codes(counts, categories) for counts, categories in tables]
-    samples = np.zeros((height, width, len(tables)), dtype=np.int64)
-    position = 0
-    for line, column, component in np.ndindex(*samples.shape):
-        length = next(n for n in range(1, 17) if bits[position : position + n] in codes[component])
-        category = codes[component][bits[position : position + length]]
-        position += length
-        additional = bits[position : position + category] if category < 16 else ""
-        position += len(additional)
-        difference = _extended(additional) if category < 16 else 32768
-        seen = samples[:, :, component]
-        if line == 0:
-            predicted = start_value if column == 0 else seen[0, column - 1]
-        elif column == 0:
-            predicted = seen[line - 1, 0]
-        else:
-            left, above, corner = seen[line, column - 1], seen[line - 1, column], seen[line - 1, column - 1]
-            predicted = (
-                left,
-                above,
-                corner,
-                left + above - corner,
-                left + ((above - corner) >> 1),
-                above + ((left - corner) >> 1),
-                (left + above) >> 1,
-            )[predictor - 1]
-        samples[line, column, component] = (predicted + difference) % 65536
-    return (samples << shift).astype(np.uint16).reshape(height, -1)
-
-
-def _codes(counts: tuple[int, ...], categories: tuple[int, ...]) -> dict[str, int]:
-    """Return the category of each code, codes written as text (T.81, C.2)."""
-    remaining = iter(categories)
-    codes: dict[str, int] = {}
-    code = 0
-    for length, count in enumerate(counts, start=1):
-        for _ in range(count):
-            codes[f"{code:0{length}b}"] = next(remaining)
-            code += 1
-        code <<= 1
-    return codes
-
-
-def _extended(bits: str) -> int:
-    """Return the difference that additional bits stand for (T.81, F.2.2.1 EXTEND).
-
-    Examples
-    --------
-    >>> [_extended(bits) for bits in ("", "00", "01", "10", "11")]
-    [0, -3, -2, 2, 3]
-
-    """
-    if not bits:
-        return 0
-    return int(bits, 2) if bits[0] == "1" else int(bits, 2) - (1 << len(bits)) + 1
+    one, other = scans[0], scans[-1]
+    lines, others = out[0], out[-1] if len(out) > 1 else out[0][:0]
+    outcome = _decode(
+        (one.data, other.data),
+        (one.tables, other.tables),
+        (components, start_value, predictor, int(above)),
+        (one.state, other.state),
+        (lines, others),
+    )
+    return int(outcome)
 
 
 @nb.njit(cache=True, nogil=True)
 def _decode(
-    data: NDArray[np.uint8],
-    tables: NDArray[np.int32],
-    prediction: tuple[int, int, int],
-    state: NDArray[np.int64],
-    out: NDArray[np.uint16],
+    data: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    tables: tuple[NDArray[np.int32], NDArray[np.int32]],
+    scan: tuple[int, int, int, int],
+    states: tuple[NDArray[np.int64], NDArray[np.int64]],
+    out: tuple[NDArray[np.uint16], NDArray[np.uint16]],
 ) -> int:
-    lines, line_samples = out.shape
-    components = tables.shape[0]
-    start_value, predictor, first = prediction
-    position, held, padded = state[0], state[1], state[2]
-    buffer = np.uint64(state[3])
-    for line in range(first, lines):
-        for sample in range(line_samples):
-            if held < 32:
-                position, buffer, held, padded = _refill(data, position, buffer, held, padded)
-            component = sample % components if components > 1 else 0
-            entry = np.int64(tables[component, (buffer >> np.uint64(held - _PEEK)) & np.uint64(_FIRST - 1)])
-            held -= entry & 0xFF
-            difference = entry >> 16
-            if entry & 0xFF00:
-                difference, held = _difference(buffer, held, component, tables, (entry >> 8) & 0xFF)
-                if held < 0:
-                    return IMPOSSIBLE_CODE
-            if line == 0:
-                predicted = np.int64(start_value) if sample < components else np.int64(out[0, sample - components])
-            else:
-                predicted = _prediction(out, line, sample, components, predictor)
-            out[line, sample] = (predicted + difference) & 0xFFFF
-        if held < padded:
+    """Decode the lines of two scans of one shape; the second may have no lines."""
+    components, start_value, predictor, first = scan
+    both = out[1].shape[0] > 0
+    bits, other_bits = _bits_of(states[0]), _bits_of(states[1])
+    for line in range(first, out[0].shape[0]):
+        rows = out[0][line], out[1][line if both else 0 : line + 1].reshape(-1)
+        bits, other_bits = _decode_line(data, tables, components, (bits, other_bits), rows)
+        if min(bits[2], other_bits[2]) < 0:
+            return IMPOSSIBLE_CODE
+        if bits[2] < bits[3] or other_bits[2] < other_bits[3]:
             return ENDED_EARLY
-    state[0], state[1], state[2], state[3] = position, held, padded, np.int64(buffer)
+        _add_predictions(out[0], line, components, start_value, predictor)
+        if both:
+            _add_predictions(out[1], line, components, start_value, predictor)
+    _keep(other_bits, states[1])
+    _keep(bits, states[0])
     return COMPLETE
 
 
 @nb.njit(cache=True, nogil=True)
-def _refill(
-    data: NDArray[np.uint8], position: int, buffer: np.uint64, held: int, padded: int
-) -> tuple[int, np.uint64, int, int]:
-    """Fill the buffer to at least 49 bits; a zero stuffed behind 0xFF is skipped, a marker is followed by zeros."""
+def _decode_line(
+    data: tuple[NDArray[np.uint8], NDArray[np.uint8]],
+    tables: tuple[NDArray[np.int32], NDArray[np.int32]],
+    components: int,
+    bits: tuple[_Bits, _Bits],
+    rows: tuple[NDArray[np.uint16], NDArray[np.uint16]],
+) -> tuple[_Bits, _Bits]:
+    """Decode the differences of a line of each scan; the second line may be empty."""
+    (data_0, data_1), (row_0, row_1), (bits_0, bits_1) = data, rows, bits
+    table_0, table_1 = tables[0].reshape(-1), tables[1].reshape(-1)
+    places = _places(components, tables[0].shape[0])
+    in_fours = _GROUP % components == 0 and min(data_0.size, data_1.size) >= 8
+    grouped = row_0.size // _GROUP * _GROUP if in_fours else 0
+    for sample in range(0, grouped, _GROUP):
+        usual, after = _four_differences(data_0, table_0, places, bits_0, row_0, np.uint64(sample))
+        bits_0 = (
+            after if usual else _differences(data_0, tables[0], components, bits_0, row_0, (sample, sample + _GROUP))
+        )
+        if row_1.size > 0:
+            usual, after = _four_differences(data_1, table_1, places, bits_1, row_1, np.uint64(sample))
+            bits_1 = (
+                after
+                if usual
+                else _differences(data_1, tables[1], components, bits_1, row_1, (sample, sample + _GROUP))
+            )
+        if bits_0[2] < 0 or bits_1[2] < 0:
+            break
+    bits_0 = _differences(data_0, tables[0], components, bits_0, row_0, (grouped, row_0.size))
+    bits_1 = _differences(data_1, tables[1], components, bits_1, row_1, (grouped, row_1.size))
+    return bits_0, bits_1
+
+
+@nb.njit(cache=True, nogil=True)
+def _places(components: int, rows: int) -> tuple[np.uint64, np.uint64, np.uint64]:
+    """Return where the tables of the second to the fourth of four samples begin."""
+    return (
+        np.uint64(1 % components % rows * TABLE_LENGTH),
+        np.uint64(2 % components % rows * TABLE_LENGTH),
+        np.uint64(3 % components % rows * TABLE_LENGTH),
+    )
+
+
+@nb.njit(cache=True, nogil=True)
+def _bits_of(state: NDArray[np.int64]) -> _Bits:
+    return np.uint64(state[0]), np.uint64(state[3]), state[1], state[2]
+
+
+@nb.njit(cache=True, nogil=True)
+def _keep(bits: _Bits, state: NDArray[np.int64]) -> None:
+    state[0], state[3], state[1], state[2] = np.int64(bits[0]), np.int64(bits[1]), bits[2], bits[3]
+
+
+@nb.njit(cache=True, nogil=True)
+def _differences(  # noqa: PLR0917 - compiled functions take their arrays by position
+    data: NDArray[np.uint8],
+    tables: NDArray[np.int32],
+    components: int,
+    bits: _Bits,
+    row: NDArray[np.uint16],
+    samples: tuple[int, int],
+) -> _Bits:
+    """Decode differences one by one, from a sample of the line to another; a code that cannot be leaves -1 bits."""
+    for sample in range(samples[0], samples[1]):
+        if bits[2] < 0:
+            break
+        at, buffer, held, padded = _refill(data, bits)
+        difference, buffer, held = _difference(tables[sample % components % tables.shape[0]], buffer, held)
+        row[sample] = difference & 0xFFFF
+        bits = (at, buffer, held, padded)
+    return bits
+
+
+@nb.njit(cache=True, nogil=True)
+def _four_differences(  # noqa: PLR0917 - as above
+    data: NDArray[np.uint8],
+    table: NDArray[np.int32],
+    places: tuple[np.uint64, np.uint64, np.uint64],
+    bits: _Bits,
+    row: NDArray[np.uint16],
+    sample: np.uint64,
+) -> tuple[bool, _Bits]:
+    """Decode four differences of 12 bits or fewer each, in bytes none of which is 0xFF; tell whether they were such."""
+    at, buffer, held, padded = bits
+    last = np.uint64(data.size - 8)
+    word = _word(data, min(at, last))
+    buffer |= word >> np.uint64(held)
+    first = table[buffer >> _UNSEEN]
+    buffer <<= np.uint64(first & 63)
+    second = table[places[0] + (buffer >> _UNSEEN)]
+    buffer <<= np.uint64(second & 63)
+    third = table[places[1] + (buffer >> _UNSEEN)]
+    buffer <<= np.uint64(third & 63)
+    fourth = table[places[2] + (buffer >> _UNSEEN)]
+    buffer <<= np.uint64(fourth & 63)
+    row[sample] = first >> 16
+    row[sample + np.uint64(1)] = second >> 16
+    row[sample + np.uint64(2)] = third >> 16
+    row[sample + np.uint64(3)] = fourth >> 16
+    stuffed = (~word - _LOW_BITS) & word & _HIGH_BITS  # 0 where no byte is 0xFF
+    whole = (first | second | third | fourth) & 0xFF00 == 0
+    taken = (first & 63) + (second & 63) + (third & 63) + (fourth & 63)
+    usual = (at <= last) & (stuffed == np.uint64(0)) & whole
+    return usual, (at + np.uint64((63 - held) >> 3), buffer, (held | 56) - taken, padded)
+
+
+@nb.njit(cache=True, nogil=True)
+def _word(data: NDArray[np.uint8], at: np.uint64) -> np.uint64:
+    """Return eight bytes, the first one highest."""
+    word = np.uint64(0)
+    for index in range(8):
+        word |= np.uint64(data[at + np.uint64(index)]) << np.uint64(56 - 8 * index)
+    return word
+
+
+@nb.njit(cache=True, nogil=True)
+def _refill(data: NDArray[np.uint8], bits: _Bits) -> _Bits:
+    """Fill the buffer to more than 56 bits; a zero stuffed behind 0xFF is skipped, a marker is followed by zeros."""
+    at, buffer, held, padded = np.int64(bits[0]), bits[1], bits[2], bits[3]
     size = data.size
-    while held <= 48:
-        byte = np.uint64(0)
-        if position < size and (data[position] != 0xFF or (position + 1 < size and data[position + 1] == 0)):
-            byte = np.uint64(data[position])
-            position += 2 if data[position] == 0xFF else 1
+    while held <= 56:
+        if at < size and (data[at] != 0xFF or (at + 1 < size and data[at + 1] == 0)):
+            buffer |= np.uint64(data[at]) << np.uint64(56 - held)
+            at += 2 if data[at] == 0xFF else 1
         else:
             padded += 8
-        buffer = (buffer << np.uint64(8)) | byte
         held += 8
-    return position, buffer, held, padded
+    return np.uint64(at), buffer, held, padded
 
 
 @nb.njit(cache=True, nogil=True)
-def _difference(
-    buffer: np.uint64, held: int, component: int, tables: NDArray[np.int32], category: np.int64
-) -> tuple[np.int64, int]:
-    """Return the difference of a category and the bits then left in the buffer; -1 where the code is impossible."""
-    if category == _UNRESOLVED:
-        length, category = _long_code(np.int64((buffer >> np.uint64(held - 16)) & np.uint64(0xFFFF)), component, tables)
+def _difference(table: NDArray[np.int32], buffer: np.uint64, held: int) -> tuple[np.int64, np.uint64, int]:
+    """Return the next difference, what is left in the buffer, and how many bits; -1 where the code is impossible."""
+    entry = np.int64(table[buffer >> _UNSEEN])
+    length, category = entry & 0xFF, (entry >> 8) & 0xFF
+    if category == UNRESOLVED:
+        length, category = long_code(np.int64(buffer >> np.uint64(48)), table)
         if length == 0:
-            return np.int64(0), -1
-        held -= length
+            return np.int64(0), buffer, -1
+    buffer <<= np.uint64(length)
+    left = held - int(length)
     if category == 0:
-        return np.int64(0), held
+        return entry >> 16, buffer, left
     if category == 16:  # the one difference without additional bits (T.81, H.1.2.2)
-        return np.int64(32768), held
-    held -= int(category)
-    bits = np.int64((buffer >> np.uint64(held)) & np.uint64((1 << category) - 1))
-    return (bits if bits >= 1 << (category - 1) else bits - (1 << category) + 1), held
+        return np.int64(32768), buffer, left
+    bits = np.int64(buffer >> np.uint64(64 - category))
+    difference = bits if bits >= 1 << (category - 1) else bits - (1 << category) + 1
+    return difference, buffer << np.uint64(category), left - int(category)
 
 
 @nb.njit(cache=True, nogil=True)
-def _long_code(window: np.int64, component: int, tables: NDArray[np.int32]) -> tuple[int, np.int64]:
-    """Return length and category of a code longer than 12 bits at the head of 16; length 0 where there is none."""
-    for length in range(_PEEK + 1, 17):
-        index = (window >> (16 - length)) - np.int64(tables[component, _FIRST + length])
-        if 0 <= index < tables[component, _COUNT + length]:
-            return length, np.int64(tables[component, _CATEGORY + tables[component, _OFFSET + length] + index])
-    return 0, np.int64(0)
+def _add_predictions(out: NDArray[np.uint16], line: int, components: int, start_value: int, predictor: int) -> None:
+    """Turn a line of differences into samples, modulo 65536."""
+    row = out[line]
+    above = out[line - 1] if line > 0 else row
+    kind = predictor if line > 0 else 1
+    for sample in range(min(components, row.size)):
+        row[sample] += np.uint16(above[sample] if line > 0 else start_value)
+    if components == 2:
+        even, odd = np.int64(row[0]), np.int64(row[1])
+        for sample in range(2, row.size - 1, 2):
+            even = (_prediction(even, above, sample, 2, kind) + row[sample]) & 0xFFFF
+            odd = (_prediction(odd, above, sample + 1, 2, kind) + row[sample + 1]) & 0xFFFF
+            row[sample], row[sample + 1] = even, odd
+    else:
+        for sample in range(components, row.size):
+            left = np.int64(row[sample - components])
+            row[sample] = (_prediction(left, above, sample, components, kind) + row[sample]) & 0xFFFF
 
 
 @nb.njit(cache=True, nogil=True)
-def _prediction(out: NDArray[np.uint16], line: int, sample: int, components: int, predictor: int) -> np.int64:
-    """Return the prediction from left, above and corner, below the first line (T.81, table H.1)."""
-    above = np.int64(out[line - 1, sample])
-    if sample < components:
-        return above
-    left = np.int64(out[line, sample - components])
-    corner = np.int64(out[line - 1, sample - components])
+def _prediction(
+    left: np.int64, line_above: NDArray[np.uint16], sample: int, components: int, predictor: int
+) -> np.int64:
+    """Return the prediction from left, above and corner (T.81, table H.1)."""
+    above, corner = np.int64(line_above[sample]), np.int64(line_above[sample - components])
     if predictor == 1:
         predicted = left
     elif predictor == 2:

@@ -4,6 +4,7 @@ Uncompressed little-endian 16-bit strips that follow each other, without margins
 """
 
 import sys
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -98,36 +99,72 @@ def _assemble(
 ) -> NDArray[np.uint16]:
     shape = (area.bottom - area.top, area.right - area.left)
     mosaic = np.empty(shape, dtype=np.uint16) if out is None or out.shape != shape else out
+    parts = [_part(layout, segment, mosaic, area) for segment in range(len(layout.offsets))]
+    visible = [part for part in parts if part.target.size]
+    if layout.compression == Compression.JPEG and len(visible) > 1:
+        _fill_from_jpeg(visible, layout, data)
+    else:
+        for part in visible:
+            _fill(part, layout, data)
     table = _full_table(layout)
-    for segment in range(len(layout.offsets)):
-        top = segment // layout.across * layout.segment_height
-        left = segment % layout.across * layout.segment_width
-        first_row, first_column = max(top, area.top), max(left, area.left)
-        last_row = min(top + layout.rows(segment), layout.height, area.bottom)
-        last_column = min(left + layout.segment_width, layout.width, area.right)
-        if first_row >= last_row or first_column >= last_column:
-            continue
-        target = mosaic[first_row - area.top : last_row - area.top, first_column - area.left : last_column - area.left]
-        _fill(target, layout, data, segment, row=first_row - top, column=first_column - left)
-        if table is not None:
-            np.take(table, target, out=target, mode="clip")
+    if table is not None:
+        np.take(table, mosaic, out=mosaic, mode="clip")
     return mosaic
 
 
-def _fill(target: NDArray[np.uint16], layout: Layout, data: memoryview, segment: int, *, row: int, column: int) -> None:
-    """Write a part of a segment, beginning at its row and column, into the mosaic."""
-    stored = _stored_bytes(layout, data, segment)
-    rows, columns = target.shape
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """What is visible of a segment: from which of its rows and columns on, and where in the mosaic it goes."""
+
+    segment: int
+    row: int
+    column: int
+    target: NDArray[np.uint16]
+
+    def take(self, block: NDArray[np.integer]) -> None:
+        """Copy it from the whole segment."""
+        rows, columns = self.target.shape
+        self.target[...] = block[self.row : self.row + rows, self.column : self.column + columns]
+
+
+def _part(layout: Layout, segment: int, mosaic: NDArray[np.uint16], area: Area) -> _Part:
+    top = segment // layout.across * layout.segment_height
+    left = segment % layout.across * layout.segment_width
+    first_row, first_column = max(top, area.top), max(left, area.left)
+    last_row = min(top + layout.rows(segment), layout.height, area.bottom)
+    last_column = min(left + layout.segment_width, layout.width, area.right)
+    rows = slice(first_row - area.top, max(last_row, first_row) - area.top)
+    columns = slice(first_column - area.left, max(last_column, first_column) - area.left)
+    return _Part(segment=segment, row=first_row - top, column=first_column - left, target=mosaic[rows, columns])
+
+
+def _fill(part: _Part, layout: Layout, data: memoryview) -> None:
+    """Write a part of a segment into the mosaic."""
+    stored = _stored_bytes(layout, data, part.segment)
     if layout.compression == Compression.NONE and layout.bits not in {8, 16}:
         from fullwell.kernels.unpacking import unpack_rows  # noqa: PLC0415 - loads the JIT when used
 
-        packed = np.frombuffer(stored, dtype=np.uint8)[row * layout.row_bytes :]
-        unpack_rows(packed, target, bits=layout.bits, row_bytes=layout.row_bytes, first_column=column)
+        packed = np.frombuffer(stored, dtype=np.uint8)[part.row * layout.row_bytes :]
+        unpack_rows(packed, part.target, bits=layout.bits, row_bytes=layout.row_bytes, first_column=part.column)
         return
-    whole = target.flags.c_contiguous and target.shape == (layout.rows(segment), layout.segment_width)
-    block = _block(layout, stored, segment, out=target if whole else None)
-    if not np.may_share_memory(block, target):
-        target[...] = block[row : row + rows, column : column + columns]
+    whole = part.target.flags.c_contiguous and part.target.shape == (layout.rows(part.segment), layout.segment_width)
+    block = _block(layout, stored, part.segment, out=part.target if whole else None)
+    if not np.may_share_memory(block, part.target):
+        part.take(block)
+
+
+def _fill_from_jpeg(parts: list[_Part], layout: Layout, data: memoryview) -> None:
+    """Write parts of lossless JPEG segments into the mosaic, two segments at a time."""
+    from fullwell.raw.lossless_jpeg import decode_lossless_pair  # noqa: PLC0415 - loads the JIT when used
+
+    for pair in zip(parts[::2], parts[1::2], strict=False):
+        shapes = [(layout.rows(part.segment), layout.segment_width) for part in pair]
+        stored = [_stored_bytes(layout, data, part.segment) for part in pair]
+        needed = [rows * columns for rows, columns in shapes]
+        for part, block, shape in zip(pair, decode_lossless_pair(stored, samples=needed), shapes, strict=True):
+            part.take(_exactly(block, shape))
+    if len(parts) % 2:
+        _fill(parts[-1], layout, data)
 
 
 def _stored_bytes(layout: Layout, data: memoryview, segment: int) -> memoryview:

@@ -5,13 +5,17 @@ The JPEG's own width, height and components need not match the strip or tile; on
 """
 
 import struct
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
+
+if TYPE_CHECKING:
+    from fullwell.kernels.lossless_jpeg import CodedScan
 
 _SOI, _EOI, _SOS, _DHT, _DRI = 0xD8, 0xD9, 0xDA, 0xC4, 0xDD
 _SOF_LOSSLESS: Final = 0xC3
@@ -58,14 +62,14 @@ class LosslessScan:
     start: int
 
     @property
-    def huffman(self) -> tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]:
-        """Counts and categories of the tables, as the decoder's tables are made of."""
-        return tuple((table.counts, table.categories) for table in self.tables)
-
-    @property
     def samples(self) -> int:
         """Samples of all components."""
         return self.width * self.height * len(self.tables)
+
+    def is_like(self, other: "LosslessScan") -> bool:
+        """Tell whether another scan has the same lines, coded the same way with as many different tables."""
+        tables = [(len(scan.tables), len(set(scan.tables))) for scan in (self, other)]
+        return tables[0] == tables[1] and replace(other, tables=self.tables, start=self.start) == self
 
 
 def is_dct(stream: bytes) -> bool:
@@ -196,21 +200,39 @@ def decode_lossless(stream: memoryview, *, samples: int, out: NDArray[np.uint16]
         As `parse_scan`.
 
     """
-    from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
-
     scan = _plausible(stream, samples)
-    outcome, decoded = kernel.decode_scan(
-        np.frombuffer(stream, dtype=np.uint8)[scan.start :],
-        kernel.decoding_tables(scan.huffman),
-        width=scan.width,
-        height=scan.height,
-        start_value=1 << (scan.precision - scan.shift - 1),
-        predictor=scan.predictor,
-        shift=scan.shift,
-        out=out if scan.samples == samples else None,
-    )
-    _require_complete(outcome)
-    return decoded.reshape(-1)
+    decoded = np.empty(scan.samples, np.uint16) if out is None or scan.samples != samples else out.reshape(-1)
+    _decode_whole([(scan, stream)], [decoded])
+    return decoded
+
+
+def decode_lossless_pair(streams: Sequence[memoryview], *, samples: Sequence[int]) -> list[NDArray[np.uint16]]:
+    """Return the samples of two segments, which is faster than one after the other where they are coded alike.
+
+    Raises
+    ------
+    UnreadableFileError, UnsuitableFileError
+        As `decode_lossless`.
+
+    """
+    segments = [(_plausible(stream, needed), stream) for stream, needed in zip(streams, samples, strict=True)]
+    decoded = [np.empty(scan.samples, np.uint16) for scan, _stream in segments]
+    if segments[0][0].is_like(segments[1][0]):
+        _decode_whole(segments, decoded)
+    else:
+        for segment, memory in zip(segments, decoded, strict=True):
+            _decode_whole([segment], [memory])
+    return decoded
+
+
+def _decode_whole(segments: Sequence[tuple[LosslessScan, memoryview]], decoded: Sequence[NDArray[np.uint16]]) -> None:
+    """Decode one segment or two of one shape into memory for their samples."""
+    scan, _stream = segments[0]
+    lines = [memory.reshape(scan.height, -1) for memory in decoded]
+    _decode_lines(scan, [_coded(each, stream) for each, stream in segments], lines)
+    if scan.shift:
+        for samples in decoded:
+            np.left_shift(samples, scan.shift, out=samples)
 
 
 class LosslessLines:
@@ -231,15 +253,10 @@ class LosslessLines:
     """
 
     def __init__(self, stream: memoryview, shape: tuple[int, int]) -> None:
-        from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
-
-        self._kernel = kernel
         self._scan = _plausible(stream, shape[0] * shape[1])
+        self._coded = _coded(self._scan, stream)
         line = self._scan.width * len(self._scan.tables)
         self.fits = (self._scan.height, line) == shape and not self._scan.shift
-        self._data = np.frombuffer(stream, dtype=np.uint8)[self._scan.start :]
-        self._tables = kernel.decoding_tables(self._scan.huffman)
-        self._state = kernel.new_state()
 
     def read(self, out: NDArray[np.uint16], *, above: bool) -> None:
         """Decode the next lines; ``fits`` tells whether the segment is of the shape that was asked for.
@@ -257,12 +274,36 @@ class LosslessLines:
             ``file-damaged``.
 
         """
-        scan = self._scan
-        start_value = 1 << (scan.precision - scan.shift - 1)
-        outcome = self._kernel.decode_lines(
-            self._data, self._tables, self._state, out, start_value=start_value, predictor=scan.predictor, above=above
-        )
-        _require_complete(outcome)
+        _decode_lines(self._scan, [self._coded], [out], above=above)
+
+
+def _coded(scan: LosslessScan, stream: memoryview) -> "CodedScan":
+    from fullwell.kernels.lossless_jpeg import CodedScan  # noqa: PLC0415 - loads the JIT when used
+    from fullwell.kernels.lossless_jpeg_tables import decoding_tables  # noqa: PLC0415 - the same
+
+    data = np.frombuffer(stream, dtype=np.uint8)[scan.start :]
+    tables = decoding_tables(tuple((table.counts, table.categories) for table in scan.tables))
+    return CodedScan(data=data, tables=tables)
+
+
+def _decode_lines(
+    scan: LosslessScan, coded: Sequence["CodedScan"], lines: Sequence[NDArray[np.uint16]], *, above: bool = False
+) -> None:
+    """Decode the next lines of one scan, or of two alike."""
+    from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
+
+    outcome = kernel.decode_lines(
+        coded,
+        lines,
+        components=len(scan.tables),
+        start_value=1 << (scan.precision - scan.shift - 1),
+        predictor=scan.predictor,
+        above=above,
+    )
+    if outcome == kernel.ENDED_EARLY:
+        raise _damaged("it ends early")
+    if outcome != kernel.COMPLETE:
+        raise _damaged("it holds an impossible code")
 
 
 def _plausible(stream: memoryview, samples: int) -> LosslessScan:
@@ -272,12 +313,3 @@ def _plausible(stream: memoryview, samples: int) -> LosslessScan:
     if scan.samples > 8 * len(stream):
         raise _damaged("it is too short for its pixels")
     return scan
-
-
-def _require_complete(outcome: int) -> None:
-    from fullwell.kernels import lossless_jpeg as kernel  # noqa: PLC0415 - loads the JIT when used
-
-    if outcome == kernel.ENDED_EARLY:
-        raise _damaged("it ends early")
-    if outcome != kernel.COMPLETE:
-        raise _damaged("it holds an impossible code")

@@ -27,11 +27,12 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of files that fail after their first strip; how often they were read is counted."""
     original, heard = Stream.read, []
 
-    def read(self: Stream, strip: Band) -> None:
-        original(self, strip)
+    def read(self: Stream, strip: Band) -> int:
+        top = original(self, strip)
         if strip.top and self.frame.name in LOST:
             heard.append(self.frame.name)
             raise LostFrameError(self.frame, OSError(errno.EIO, "Input/output error"))
+        return top
 
     monkeypatch.setattr(Stream, "read", read)
     return heard
@@ -89,11 +90,11 @@ def test_a_task_of_a_cluster_begins_again(study: tuple[Study, Mosaics], failing:
 def test_a_file_cut_short_while_it_is_read(study: tuple[Study, Mosaics], monkeypatch: pytest.MonkeyPatch) -> None:
     original = Stream.read
 
-    def read(self: Stream, strip: Band) -> None:
+    def read(self: Stream, strip: Band) -> int:
         if strip.top and self.frame.name in LOST:
             path = self.frame.header.path
             path.write_bytes(path.read_bytes()[:600])
-        original(self, strip)
+        return original(self, strip)
 
     monkeypatch.setattr(Stream, "read", read)
     found = reduce_study(study[0], workers=2, tile=TILE)

@@ -83,6 +83,13 @@ def coded_at(layout: Layout, area: Area) -> slice | None:
     return slice(layout.offsets[0], layout.offsets[0] + layout.counts[0])
 
 
+def rows_at_once(layout: Layout) -> int | None:
+    """Return how many rows can be decoded without those above and below; None where all must be."""
+    if layout.row_interleave > 1 or layout.column_interleave > 1:
+        return None
+    return 1 if layout.compression == Compression.NONE else layout.segment_height
+
+
 def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:
     """Return the mosaic as a view of the file, or None where it must be copied."""
     start = rows_at(layout, area)

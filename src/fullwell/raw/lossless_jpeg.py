@@ -21,6 +21,8 @@ _SOI, _EOI, _SOS, _DHT, _DRI = 0xD8, 0xD9, 0xDA, 0xC4, 0xDD
 _SOF_LOSSLESS: Final = 0xC3
 _SOF_DCT: Final = (0xC0, 0xC1, 0xC2)
 _SOF_OTHER: Final = (0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF)
+MOST_LINE_ROWS: Final = 2
+"""Rows of a mosaic that a line holds: two of a Bayer mosaic, side by side, so that like colours are neighbours."""
 _NO_PAYLOAD: Final = (0x01, *range(0xD0, 0xD9))
 
 
@@ -243,7 +245,7 @@ class LosslessLines:
     stream
         The segment; it must stay as it is.
     shape
-        Lines and samples of a line.
+        Rows and columns of the mosaic that it is.
 
     Raises
     ------
@@ -256,10 +258,12 @@ class LosslessLines:
         self._scan = _plausible(stream, shape[0] * shape[1])
         self._coded = _coded(self._scan, stream)
         line = self._scan.width * len(self._scan.tables)
-        self.fits = (self._scan.height, line) == shape and not self._scan.shift
+        rows = line // shape[1]
+        fits = (rows * self._scan.height, line) == (shape[0], rows * shape[1]) and rows <= MOST_LINE_ROWS
+        self.rows = rows if fits and not self._scan.shift else 0
 
     def read(self, out: NDArray[np.uint16], *, above: bool) -> None:
-        """Decode the next lines; ``fits`` tells whether the segment is of the shape that was asked for.
+        """Decode the next lines; ``rows`` tells how many rows of the mosaic each is, 0 where they are no whole rows.
 
         Parameters
         ----------

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.findings import Finding, Severity
-from fullwell.raw.decode import coded_at, decode_segments, rows_at
+from fullwell.raw.decode import coded_at, decode_segments, rows_at, rows_at_once
 from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
 from fullwell.raw.fits import decode_fits, read_fits_headers
 from fullwell.raw.headerless import decode_headerless, read_headerless_header
 from fullwell.raw.headerless_format import HeaderlessFormat
-from fullwell.raw.image import RawHeader, RawImage
+from fullwell.raw.image import Area, RawHeader, RawImage
 from fullwell.raw.maker import MakerLayout, decode_maker, is_maker, read_maker_header
 from fullwell.raw.netpbm import SIGNATURES as NETPBM_SIGNATURES
 from fullwell.raw.netpbm import decode_netpbm, read_netpbm_header
@@ -212,6 +212,39 @@ def mosaic_coded_at(header: RawHeader) -> slice | None:
     """Return where in a frame's bytes lies the lossless JPEG that its visible mosaic is; None where it is not one."""
     layout = _usable_layout(header)
     return None if layout is None else coded_at(layout, header.active_area)
+
+
+def rows_coded_together(header: RawHeader) -> int | None:
+    """Return how many rows `decode_rows` needs at least to be worth it; None where all must be decoded at once."""
+    layout = _usable_layout(header)
+    return None if layout is None else rows_at_once(layout)
+
+
+def decode_rows(header: RawHeader, data: memoryview, rows: tuple[int, int], *, out: NDArray[np.uint16]) -> None:
+    """Decode some rows of the visible mosaic of a file with ``rows_coded_together``.
+
+    Parameters
+    ----------
+    header
+        The file's header.
+    data
+        What `read_bytes` returns.
+    rows
+        The first, and one past the last.
+    out
+        Where they go, shape (rows, header.width), C-contiguous [DN].
+
+    Raises
+    ------
+    UnreadableFileError, UnsuitableFileError
+        As `decode`.
+
+    """
+    layout = _usable_layout(header)
+    if layout is None:
+        raise ValueError(f"a {header.format} file is not decoded by rows")
+    area, (first, last) = header.active_area, rows
+    decode_segments(layout, data, Area(area.top + first, area.left, area.top + last, area.right), out=out)
 
 
 def _usable_layout(header: RawHeader) -> Layout | None:

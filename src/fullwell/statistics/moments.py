@@ -98,8 +98,8 @@ class Layout:
 
     @property
     def strip_bytes(self) -> int:
-        """Return the bytes of a strip of a frame and of the line above it, at most [byte]."""
-        return 2 * self.width * (1 + max(strip.bottom - strip.top for strip in self.strips()))
+        """Return the bytes of a strip of a frame, at most [byte]."""
+        return 2 * self.width * max(strip.bottom - strip.top for strip in self.strips())
 
 
 def by_site(counts: NDArray[np.int64], *, cell: int) -> NDArray[np.int64]:

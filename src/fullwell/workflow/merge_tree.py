@@ -16,7 +16,7 @@ from fullwell.statistics.moments import Layout
 from fullwell.workflow.outcome import SeriesOutcome
 from fullwell.workflow.parts import UNLIT, Record, add_groups, first_frames, groups_of, in_order, outcome_of
 from fullwell.workflow.plan import MOST_SLOTS
-from fullwell.workflow.slots import Slots, passes
+from fullwell.workflow.slots import Slots, passes, slot_bytes_to_pass
 from fullwell.workflow.stream import LostFrameError
 
 PART_FRAMES: Final = 16
@@ -127,7 +127,7 @@ def reduce_whole(series: Series, part: Part) -> SeriesOutcome:
 
 def _slots(frames: Sequence[Frame], layout: Layout, *, pairs: bool = False) -> Slots:
     if not pairs and all(map(passes, frames)):
-        return Slots(slots=max(2, len(frames)), slot_bytes=layout.strip_bytes, layout=layout)
+        return Slots(slots=max(2, len(frames)), slot_bytes=slot_bytes_to_pass(frames, layout), layout=layout)
     slot_bytes = max([2 * layout.height * layout.width, layout.strip_bytes, *(frame.size for frame in frames)])
     return Slots(slots=max(2, min(MOST_SLOTS, len(frames))), slot_bytes=slot_bytes, layout=layout)
 

@@ -9,7 +9,7 @@ from fullwell.statistics.burst import LEGACY_FRAMES
 from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.outcome import SeriesOutcome
-from fullwell.workflow.slots import MOST_FRAMES, passes
+from fullwell.workflow.slots import MOST_FRAMES, passes, slot_bytes_to_pass
 from fullwell.workflow.stream import streams
 
 MOST_BUFFER_BYTES: Final = 400_000_000
@@ -92,8 +92,10 @@ def plan(
     # New memory costs more than it saves where few frames use it; a first burst should fit all the same.
     useful = max(LEGACY_FRAMES, -(-len(frames) // (3 * workers)))
     if not pairs and all(map(passes, frames)) and not any(map(how.only_two, series)):
-        file_bytes = layout.strip_bytes + max(frame.size for frame in frames)
-        return replace(how, slots=max(2, min(MOST_SLOTS, useful, MOST_BUFFER_BYTES // (workers * file_bytes))))
+        slot_bytes = slot_bytes_to_pass(frames, layout)
+        file_bytes = slot_bytes + max(frame.size for frame in frames)
+        slots = max(2, min(MOST_SLOTS, useful, MOST_BUFFER_BYTES // (workers * file_bytes)))
+        return replace(how, slots=slots, slot_bytes=slot_bytes)
     slot_bytes = max([2 * pixels, layout.strip_bytes, *(frame.size for frame in frames)])
     apart = any(frame.header.compression != "none" for frame in frames)
     affordable = MOST_BUFFER_BYTES // (workers * slot_bytes) - apart

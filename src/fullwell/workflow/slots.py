@@ -1,6 +1,6 @@
 """Raw files are read into memory that is used again and again: as mosaics strip by strip where possible, or whole."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from threading import Event
 from typing import Final
 
@@ -15,7 +15,7 @@ from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import Layout
-from fullwell.workflow.coded_stream import CodedStream, DecodedStream, coded_stream, decodes
+from fullwell.workflow.coded_stream import AnyCodedStream, DecodedStream, coded_stream, decodes, room_bytes
 from fullwell.workflow.stream import Stream, streams
 
 Told = Callable[[Frame, str], None]
@@ -33,6 +33,11 @@ def passes(frame: Frame) -> bool:
     return streams(frame) or decodes(frame)
 
 
+def slot_bytes_to_pass(frames: Iterable[Frame], layout: Layout) -> int:
+    """Return the memory that each of some files needs which all ``pass``."""
+    return max((room_bytes(frame, layout) for frame in frames if not streams(frame)), default=layout.strip_bytes)
+
+
 class StoppedError(Exception):
     """The work is called off."""
 
@@ -45,7 +50,7 @@ class Slots:
     slots
         Files that fit at once.
     slot_bytes
-        Room for the largest file, and for the largest mosaic; or for a strip, where all are read strip by strip.
+        Room for the largest file, and for the largest mosaic; or `slot_bytes_to_pass`, where all pass strip by strip.
     layout
         Size of every frame's visible mosaic.
     stop
@@ -54,8 +59,8 @@ class Slots:
     """
 
     def __init__(self, *, slots: int, slot_bytes: int, layout: Layout, stop: Event | None = None) -> None:
-        self.slot_bytes = -(-slot_bytes // _LINE) * _LINE
-        self._strip_bytes = -(-layout.strip_bytes // _LINE) * _LINE
+        self.slot_bytes = _in_lines(slot_bytes)
+        self._layout = layout
         self._block = np.empty(slots * self.slot_bytes, np.uint8)
         self._codes = self._block.view(np.uint16)
         self._shape = (layout.height, layout.width)
@@ -64,7 +69,7 @@ class Slots:
         self._used = 0
         self._places: dict[str, int] = {}
         self._starts: list[int] = []
-        self._streams: list[tuple[int, Stream | CodedStream | DecodedStream, Told | None]] = []
+        self._streams: list[tuple[int, Stream | AnyCodedStream, Told | None]] = []
         self._coded: list[NDArray[np.uint8]] = []
 
     def fits(self, files: int) -> bool:
@@ -116,36 +121,38 @@ class Slots:
 
     def _open(self, frame: Frame, told: Told) -> bool:
         """Open a file to be read strip by strip; a file that has lost some of its pixels is better read as a whole."""
-        stream = Stream(frame, self._block[self._used : self._used + self._strip_bytes])
+        size = _in_lines(self._layout.strip_bytes)
+        stream = Stream(frame, self._block[self._used : self._used + size])
         if not stream.complete:
             stream.close()
             return False
-        self._streams.append((len(self._starts), stream, told))
-        self._take(frame, start=self._used // 2, size=self._strip_bytes)
+        self._pass(frame, stream, size=size, told=told)
         return True
 
     def _decode(self, frame: Frame, told: Told) -> None:
-        """Read a file that is decoded strip by strip."""
-        coded = sum(isinstance(stream, CodedStream) for _place, stream, _told in self._streams)
+        """Read a file that is decoded some rows at a time."""
+        coded = sum(not isinstance(stream, Stream) for _place, stream, _told in self._streams)
         if coded == len(self._coded) or self._coded[coded].size < frame.size:
             self._coded[coded:] = [np.empty(frame.size + frame.size // _SPARE, np.uint8)]
         data, digest = _read_into(frame.header, self._coded[coded].data)
         told(frame, digest)
-        self._pass(frame, coded_stream(frame, data, self._room()))
+        size = _in_lines(room_bytes(frame, self._layout))
+        self._pass(frame, coded_stream(frame, data, self._room(size)), size=size)
 
     def _decode_apart(self, frame: Frame, told: Told) -> None:
         """Read and decode a file in memory of its own, where there is none for its mosaic here."""
         data, digest = _read_into(frame.header, memoryview(bytearray(frame.size)))
         told(frame, digest)
-        self._pass(frame, DecodedStream(frame, self._checked(decode(frame.header, data)), self._room()))
+        size = _in_lines(self._layout.strip_bytes)
+        mosaic = self._checked(decode(frame.header, data))
+        self._pass(frame, DecodedStream(frame, mosaic, self._room(size)), size=size)
 
-    def _room(self) -> NDArray[np.uint16]:
-        """Return memory for a strip of the next file and for the line above it."""
-        return self._codes[self._used // 2 : (self._used + self._strip_bytes) // 2]
+    def _room(self, size: int) -> NDArray[np.uint16]:
+        return self._codes[self._used // 2 : (self._used + size) // 2]
 
-    def _pass(self, frame: Frame, stream: CodedStream | DecodedStream) -> None:
-        self._streams.append((len(self._starts), stream, None))
-        self._take(frame, start=self._used // 2 + self._shape[1], size=self._strip_bytes)
+    def _pass(self, frame: Frame, stream: Stream | AnyCodedStream, *, size: int, told: Told | None = None) -> None:
+        self._streams.append((len(self._starts), stream, told))
+        self._take(frame, start=self._used // 2, size=size)
 
     def _checked(self, mosaic: NDArray[np.uint16]) -> NDArray[np.uint16]:
         if mosaic.shape != self._shape:
@@ -220,7 +227,7 @@ class _Passing(Batch):
         stack: Stack,
         *,
         pairs: Sequence[tuple[int, int]],
-        streams: Sequence[tuple[int, Stream | CodedStream | DecodedStream, Told | None]],
+        streams: Sequence[tuple[int, Stream | AnyCodedStream, Told | None]],
         stop: Event | None,
     ) -> None:
         super().__init__(names, stack, pairs=pairs)
@@ -234,11 +241,15 @@ class _Passing(Batch):
         if self._stop is not None and self._stop.is_set():
             raise StoppedError
         for place, stream, told in self._streams:
-            stream.read(strip)
-            starts[place] -= strip.top * self.stack.width
+            starts[place] -= stream.read(strip) * self.stack.width
             if isinstance(stream, Stream) and told is not None and strip.bottom == self._height:
                 told(stream.frame, stream.hash)
         return Stack(self.stack.codes, starts, self.stack.width)
+
+
+def _in_lines(size: int) -> int:
+    """Return a size in whole lines of the cache."""
+    return -(-size // _LINE) * _LINE
 
 
 def _read_into(header: RawHeader, slot: memoryview) -> tuple[memoryview, str]:

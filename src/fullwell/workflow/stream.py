@@ -81,8 +81,8 @@ class Stream:
         """Return the hash of what was read."""
         return self._digest.hexdigest()
 
-    def read(self, strip: Band) -> None:
-        """Read a strip into the room; strips follow each other from the top.
+    def read(self, strip: Band) -> int:
+        """Read a strip into the room, and return the row that the room begins with; strips follow from the top.
 
         Raises
         ------
@@ -106,6 +106,7 @@ class Stream:
                 self._pass_over(self._stop)
         except (RawFileError, OSError) as error:
             raise LostFrameError(self.frame, error) from error
+        return strip.top
 
     def close(self) -> None:
         """Let the file go."""

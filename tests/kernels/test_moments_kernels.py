@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from sums import assert_same, empty_sums
 
 from fullwell.kernels import moments, moments_reference, moments_summary, moments_summary_reference
 from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface
-from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import Band, Stack
 
 
 @st.composite
@@ -29,34 +30,16 @@ def stacks(draw: st.DrawFn) -> tuple[Stack, Band, int]:
     return Stack(codes, starts, width), Band(top, bottom, cell, tile), height
 
 
-def empty_sums(stack: Stack, band: Band, height: int) -> tuple[SeriesSums, FrameSums]:
-    step, sites, frames = band.cell * band.tile, band.cell**2, stack.starts.size
-    shape, grid = (height, stack.width), (sites, -(-height // step), -(-stack.width // step))
-    series = SeriesSums(
-        np.zeros(shape, np.uint32),
-        np.zeros(shape, np.uint64),
-        np.full(grid, 65535, np.uint16),
-        np.zeros(grid, np.uint16),
-        np.zeros(grid, np.int64),
-        np.zeros(grid, np.int64),
-    )
-    sums = FrameSums(
-        np.zeros((frames, height, band.cell), np.uint64),
-        np.zeros((frames, band.cell, stack.width), np.uint64),
-        np.zeros((frames, *grid), np.uint64),
-    )
-    return series, sums
-
-
 @given(stacks(), st.data())
 def test_add_band_equals_its_twin(case: tuple[Stack, Band, int], data: st.DataObject) -> None:
     stack, band, height = case
     fast, slow = empty_sums(stack, band, height), empty_sums(stack, band, height)
     for fresh in data.draw(st.lists(st.booleans(), min_size=1, max_size=3)):
-        moments.add_band(stack, band, *fast, fresh)
-        moments_reference.add_band(stack, band, *slow, fresh)
-    for mine, its in zip((*fast[0], *fast[1]), (*slow[0], *slow[1]), strict=True):
-        np.testing.assert_array_equal(mine, its)
+        for series, _ in (fast, slow):
+            series.held[:] = 0 if fresh else series.held
+        moments.add_band(stack, band, *fast)
+        moments_reference.add_band(stack, band, *slow)
+    assert_same(fast, slow)
 
 
 @given(stacks())
@@ -67,11 +50,9 @@ def test_a_strip_of_which_nothing_else_is_in_memory(case: tuple[Stack, Band, int
     codes = rows.reshape(-1)
     codes.flags.writeable = False
     fast, slow = empty_sums(stack, strip, height), empty_sums(stack, strip, height)
-    fresh = True
-    moments.add_band(Stack(codes, starts, stack.width), strip, *fast, fresh)
-    moments_reference.add_band(stack, strip, *slow, fresh)
-    for mine, its in zip((*fast[0], *fast[1]), (*slow[0], *slow[1]), strict=True):
-        np.testing.assert_array_equal(mine, its)
+    moments.add_band(Stack(codes, starts, stack.width), strip, *fast)
+    moments_reference.add_band(stack, strip, *slow)
+    assert_same(fast, slow)
 
 
 @given(stacks())
@@ -88,7 +69,8 @@ def maps_of(stack: Stack, height: int) -> Maps:
         stack.codes[start:][: height * stack.width].reshape(height, -1).astype(np.uint64) for start in stack.starts
     ]
     codes, squares = np.sum(frames, axis=0), np.sum([frame * frame for frame in frames], axis=0)
-    return Maps(codes.astype(np.uint32), squares.astype(np.uint64), len(frames))
+    narrow = squares.max() < 2**32
+    return Maps(codes.astype(np.uint32), squares.astype(np.uint32 if narrow else np.uint64), len(frames))
 
 
 @given(stacks(), st.integers(0, 40), st.integers(1, 64))

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from sums import assert_same, empty_sums
 
 from fullwell.kernels import moments, moments_reference
 from fullwell.kernels.moments_rows import frames_in_32_bits, rows_in_16_bits
-from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import Band, Stack
 from fullwell.statistics.moments import CODES, LARGEST_SIDE, LARGEST_TILE, MOST_FRAMES
-
-FRESH = True
 
 codes = st.integers(0, 65535)
 
@@ -53,26 +52,6 @@ def test_what_a_series_may_hold_fits_its_sums() -> None:
     assert (largest * LARGEST_TILE**2) ** 2 < 2**64  # a tile of one frame, squared
 
 
-def _sums(shape: tuple[int, int], frames: int, band: Band) -> tuple[SeriesSums, FrameSums]:
-    height, width = shape
-    grid = band.cell**2, 1, -(-width // (band.cell * band.tile))
-    return (
-        SeriesSums(
-            codes=np.zeros(shape, np.uint32),
-            squares=np.zeros(shape, np.uint64),
-            lowest=np.full(grid, 65535, np.uint16),
-            highest=np.zeros(grid, np.uint16),
-            n_lowest=np.zeros(grid, np.int64),
-            n_highest=np.zeros(grid, np.int64),
-        ),
-        FrameSums(
-            rows=np.zeros((frames, height, band.cell), np.uint64),
-            columns=np.zeros((frames, band.cell, width), np.uint64),
-            tiles=np.zeros((frames, *grid), np.uint64),
-        ),
-    )
-
-
 @given(
     st.one_of(st.sampled_from((0, 1, 1023, 1024, 16383, 16384, 23170, 23171, 32767, 32768, 65534, 65535)), codes),
     st.integers(1, 19),
@@ -89,19 +68,19 @@ def test_bright_bands_equal_their_twin_at_every_width(
     x = np.where(rng.random((frames, height, width)) < 0.9, highest, rng.integers(0, highest + 1)).astype(np.uint16)
     stack = Stack(x.reshape(-1), np.arange(frames) * (height * width), width)
     band = Band(0, height, cell, 64)
-    fast, slow = _sums((height, width), frames, band), _sums((height, width), frames, band)
-    moments.add_band(stack, band, *fast, FRESH)
-    moments_reference.add_band(stack, band, *slow, FRESH)
-    for mine, its in zip((*fast[0], *fast[1]), (*slow[0], *slow[1]), strict=True):
-        np.testing.assert_array_equal(mine, its)
+    fast, slow = empty_sums(stack, band, height), empty_sums(stack, band, height)
+    for _ in range(2):
+        moments.add_band(stack, band, *fast)
+        moments_reference.add_band(stack, band, *slow)
+    assert_same(fast, slow)
 
 
 @pytest.mark.parametrize("frames", [9, 300])
 def test_a_stack_of_the_largest_codes_is_exact(frames: int) -> None:
     stack = Stack(np.full(frames * 8, 65535, np.uint16), np.arange(frames) * 8, 4)
     band = Band(0, 2, 2, 8)
-    series, sums = _sums((2, 4), frames, band)
-    moments.add_band(stack, band, series, sums, FRESH)
+    series, sums = empty_sums(stack, band, 2)
+    moments.add_band(stack, band, series, sums)
     assert (series.codes == frames * 65535).all()
-    assert (series.squares == frames * 65535**2).all()
+    assert (moments_reference.squares_of(series) == frames * 65535**2).all()
     assert series.n_highest.sum() == 8 * frames

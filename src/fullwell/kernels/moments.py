@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fullwell.kernels.moments_extremes import FOUR, LIST_ROWS, close_extremes, follow_rows, four_rows, no_extremes
 from fullwell.kernels.moments_rows import (
+    LARGEST_NARROW,
     add_columns,
     add_columns_of_four,
     add_four,
@@ -23,9 +24,11 @@ from fullwell.kernels.moments_rows import (
     flush_columns,
     frames_in_32_bits,
     rows_in_16_bits,
+    widen_row,
 )
-from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import WIDE, Band, FrameSums, SeriesSums, Stack
 
+MOST_HELD = 0xFFFFFFFF
 _Narrow = tuple[NDArray[np.uint32], NDArray[np.uint32]]
 
 
@@ -76,10 +79,44 @@ def close_tiles(columns: NDArray[np.uint32], band: Band, sums: NDArray[np.uint64
 
 
 @njit(cache=True, nogil=True)
-def _add_row(stack: Stack, row: int, series: SeriesSums, narrow: _Narrow, room: int) -> None:
-    """Add a row of every frame to the maps: through sums of 32 bits that hold ``room`` frames, if these are four."""
+def _holds(series: SeriesSums, rows: tuple[int, int], highest: int, count: int) -> bool:
+    """Make room for some frames in some rows of the maps; tell whether squares are summed in 32 bits there."""
+    first, last = rows
+    held = series.held[first]
+    if held == WIDE:
+        return False
+    more = highest * highest * count
+    fits = highest <= LARGEST_NARROW and held + more <= MOST_HELD
+    if held == 0:
+        series.codes[first:last] = 0
+        if fits:
+            series.squares[first:last] = 0
+        else:
+            series.wide[first:last] = 0
+    elif not fits:
+        for row in range(first, last):
+            widen_row(series.squares[row], series.wide[row])
+    series.held[first:last] = held + more if fits else WIDE
+    return fits
+
+
+@njit(cache=True, nogil=True)
+def _add_narrow_row(stack: Stack, row: int, codes: NDArray[np.uint32], squares: NDArray[np.uint32]) -> None:
+    """Add a row of every frame to sums of 32 bits."""
     count = stack.starts.size
-    codes, squares = series.codes[row], series.squares[row]
+    at = stack.starts + row * stack.width
+    fours = count - count % FOUR
+    for f in range(0, fours, FOUR):
+        add_four_narrow(four_rows(stack, at, f), codes, squares)
+    for f in range(fours, count):
+        add_one_narrow(stack.codes[at[f] : at[f] + stack.width], codes, squares)
+
+
+@njit(cache=True, nogil=True)
+def _add_wide_row(stack: Stack, row: int, series: SeriesSums, narrow: _Narrow, room: int) -> None:
+    """Add a row of every frame to the maps of 64 bits: through sums of 32 that hold ``room`` frames, if these are four."""
+    count = stack.starts.size
+    codes, squares = series.codes[row], series.wide[row]
     at = stack.starts + row * stack.width
     most = min(room, count) if room >= FOUR else count
     for first in range(0, count, most):
@@ -158,7 +195,7 @@ def add_margins(
 
 
 @njit(cache=True, nogil=True)
-def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fresh: bool) -> None:  # noqa: FBT001 - compiled functions take their arguments by position
+def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) -> None:
     """Add one band of every frame of the stack to the sums of the series, and to the sums of each frame.
 
     A few rows at a time, so that they stay in the cache: their extremes come first, which tell how wide sums must be.
@@ -173,8 +210,6 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
         Sums over frames [DN, DN^2], added to.
     frames
         Sums over pixels [DN], added to.
-    fresh
-        Whether the band's rows of the maps hold nothing yet: what lies there is forgotten.
 
     """
     width, count, cell = stack.width, stack.starts.size, band.cell
@@ -184,12 +219,13 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fr
     for first in range(band.top, band.bottom, LIST_ROWS * cell):
         last = min(first + LIST_ROWS * cell, band.bottom)
         highest = follow_rows(stack, band, first, last, extremes)
-        room = frames_in_32_bits(highest, count)
-        for row in range(first, last):
-            if fresh:
-                series.codes[row] = 0
-                series.squares[row] = 0
-            _add_row(stack, row, series, narrow, room)
+        if _holds(series, (first, last), highest, count):
+            for row in range(first, last):
+                _add_narrow_row(stack, row, series.codes[row], series.squares[row])
+        else:
+            room = frames_in_32_bits(highest, count)
+            for row in range(first, last):
+                _add_wide_row(stack, row, series, narrow, room)
         for f in range(count):
             own = stack.codes[stack.starts[f] + first * width :]
             for phase in range(cell):

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import WIDE, Band, FrameSums, SeriesSums, Stack
 
 
 def band_of_frames(stack: Stack, band: Band) -> NDArray[np.uint64]:
@@ -13,15 +13,21 @@ def band_of_frames(stack: Stack, band: Band) -> NDArray[np.uint64]:
     return np.array(pixels, dtype=np.uint64).reshape(len(pixels), band.bottom - band.top, stack.width)
 
 
-def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums, fresh: bool) -> None:  # noqa: FBT001 - as its twin
-    """Add one band of every frame to the sums of the series and of each frame; see `moments.add_band`."""
+def squares_of(series: SeriesSums) -> NDArray[np.uint64]:
+    """Return the sums of squares of every pixel, of whatever width they are kept in."""
+    return np.where(series.held[:, np.newaxis] == WIDE, series.wide, series.squares.astype(np.uint64))
+
+
+def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) -> None:
+    """Add one band of every frame to the sums of the series, always in 64 bits, and of each frame."""
     x = band_of_frames(stack, band)
     rows = slice(band.top, band.bottom)
-    if fresh:
-        series.codes[rows] = 0
-        series.squares[rows] = 0
+    fresh = series.held[rows] == 0
+    series.codes[rows][fresh] = 0
+    series.wide[rows][fresh] = 0
+    series.held[rows] = WIDE
     series.codes[rows] += x.sum(axis=0).astype(np.uint32)
-    series.squares[rows] += (x * x).sum(axis=0)
+    series.wide[rows] += (x * x).sum(axis=0)
     cell, step = band.cell, band.cell * band.tile
     for phase in range(cell):
         frames.rows[:, rows, phase] += x[:, :, phase::cell].sum(axis=2)

@@ -12,7 +12,8 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-_NARROW = np.uint16(32767)
+LARGEST_NARROW = 32767
+_NARROW = np.uint16(LARGEST_NARROW)
 """No code is larger where four squares fit in 32 bits; telling the compiler lets it multiply in 16."""
 
 Rows = tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.uint16], NDArray[np.uint16]]
@@ -93,6 +94,13 @@ def add_to_maps(
         codes[c] = codes[c] + sums[c]
     for c in range(sums.size):
         squares[c] = squares[c] + np.uint64(square_sums[c])
+
+
+@njit(cache=True, nogil=True)
+def widen_row(squares: NDArray[np.uint32], wide: NDArray[np.uint64]) -> None:
+    """Write sums of 32 bits in 64."""
+    for c in range(squares.size):
+        wide[c] = np.uint64(squares[c])
 
 
 @njit(cache=True, nogil=True)

@@ -24,7 +24,7 @@ class Maps(NamedTuple):
     """Sums over ``frames`` frames, shape (height, width)."""
 
     codes: NDArray[np.uint32]
-    squares: NDArray[np.uint64]
+    squares: NDArray[np.uint32] | NDArray[np.uint64]
     frames: int
 
 

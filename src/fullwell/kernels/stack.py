@@ -35,11 +35,32 @@ class Band(NamedTuple):
     tile: int
 
 
+WIDE = 1 << 62
+"""What is held of a row whose squares are summed in 64 bits."""
+
+
 class SeriesSums(NamedTuple):
-    """Sums over the frames of a series: maps of shape (height, width), the rest (sites, tile rows, tile columns)."""
+    """Sums over the frames of a series.
+
+    Parameters
+    ----------
+    codes
+        Of each pixel, shape (height, width).
+    squares
+        The same of squares, as long as 32 bits hold them.
+    wide
+        The same in 64 bits: of rows that are ``WIDE``, nothing else is looked at.
+    held
+        What no sum of squares in a row is above, shape (height,); where it is 0 the maps hold nothing yet.
+    lowest, highest, n_lowest, n_highest
+        Extremes of each tile and how often they occur, shape (sites, tile rows, tile columns).
+
+    """
 
     codes: NDArray[np.uint32]
-    squares: NDArray[np.uint64]
+    squares: NDArray[np.uint32]
+    wide: NDArray[np.uint64]
+    held: NDArray[np.int64]
     lowest: NDArray[np.uint16]
     highest: NDArray[np.uint16]
     n_lowest: NDArray[np.int64]

@@ -65,7 +65,7 @@ class BurstSums:
 def burst_sums(moments: Moments) -> tuple[BurstSums, ...]:
     """Return the sums of a burst, one per plane, from moments that hold nothing else."""
     layout, names = moments.layout, moments.names
-    sums = sum_maps(Maps(moments.maps.codes, moments.maps.squares, len(names)), layout.cell)
+    sums = sum_maps(moments.finished(), layout.cell)
     bursts: list[BurstSums] = []
     for site in range(layout.sites):
         rows, columns = layout.plane(site)

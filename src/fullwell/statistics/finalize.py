@@ -64,7 +64,7 @@ def finalize(
 def _swept(moments: Moments, *, workers: int) -> Swept:
     """Return the tile sums and the exact median of D of each plane, from the maps."""
     layout, frames = moments.layout, len(moments.names)
-    maps = Maps(moments.maps.codes, moments.maps.squares, frames)
+    maps = moments.finished()
     shift = shift_for(maps)
     counts = np.zeros((layout.sites, BINS), np.int64)
     tiles = sweep(moments, SpreadCounts(counts, shift), workers=workers)

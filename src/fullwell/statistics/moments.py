@@ -13,9 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import add_band, count_codes
+from fullwell.kernels.moments import MOST_HELD, add_band, count_codes
 from fullwell.kernels.moments_extremes import LIST_ROWS
-from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.moments_summary import Maps
+from fullwell.kernels.stack import WIDE, Band, FrameSums, SeriesSums, Stack
 from fullwell.raw.cfa import cell as cell_of
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.exact import sum_of_squares
@@ -135,7 +136,9 @@ class Moments:
         shape, grid = (layout.height, layout.width), (layout.sites, *layout.tiles)
         self.maps = SeriesSums(
             codes=np.empty(shape, np.uint32),
-            squares=np.empty(shape, np.uint64),
+            squares=np.empty(shape, np.uint32),
+            wide=np.empty(shape, np.uint64),
+            held=np.zeros(layout.height, np.int64),
             lowest=np.empty(grid, np.uint16),
             highest=np.empty(grid, np.uint16),
             n_lowest=np.empty(grid, np.int64),
@@ -156,21 +159,26 @@ class Moments:
         self._lock = Lock()
 
     def __getstate__(self) -> dict[str, object]:
-        """Return what goes to another process: everything but the locks."""
-        return {name: value for name, value in vars(self).items() if not name.endswith(("_locks", "_lock"))}
+        """Return what goes to another process: everything but the locks, and maps that hold nothing."""
+        state = {name: value for name, value in vars(self).items() if not name.endswith(("_locks", "_lock"))}
+        return state if _is_wide(self.maps) else state | {"maps": self.maps._replace(wide=np.empty((0, 0), np.uint64))}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         """Take what came from another process."""
         vars(self).update(state)
+        if not self.maps.wide.size:
+            self.maps = self.maps._replace(wide=np.empty(self.maps.codes.shape, np.uint64))
         self._make_locks()
 
     def clear(self, *, every_histogram: bool) -> None:
         """Forget all frames; the maps are written anew by the first frames to come."""
         self.every_histogram = every_histogram
-        self._fresh = [True] * len(self._strips)
         self.maps.lowest[...] = CODES - 1
         for part in (
-            *self.maps[3:],
+            self.maps.held,
+            self.maps.highest,
+            self.maps.n_lowest,
+            self.maps.n_highest,
             self.row_sums,
             self.column_sums,
             self.tile_sums,
@@ -238,8 +246,7 @@ class Moments:
         """Add a strip to the maps and extremes, and to the sums of each frame, which are the caller's."""
         at = self._places[band.top]
         with self._strip_locks[at]:
-            add_band(stack, band, self.maps, frames, self._fresh[at])
-            self._fresh[at] = False
+            add_band(stack, band, self.maps, frames)
 
     def commit(
         self, names: Sequence[str], frames: FrameSums, *, counted: tuple[str, ...], histogram: NDArray[np.int64]
@@ -264,12 +271,7 @@ class Moments:
         self._refuse_names(other.names)
         if not other.names:
             return
-        if not self.names:
-            self.maps.codes[...] = 0
-            self.maps.squares[...] = 0
-            self._fresh = [False] * len(self._strips)
-        np.add(self.maps.codes, other.maps.codes, out=self.maps.codes)
-        np.add(self.maps.squares, other.maps.squares, out=self.maps.squares)
+        self._merge_maps(other.maps)
         self._merge_extremes(other.maps)
         self.frame_sums.update(other.frame_sums)
         self.row_sums += other.row_sums
@@ -281,6 +283,33 @@ class Moments:
             self.column_squares[site] += other.column_squares[site]
         if other.histogram_frames:
             self._commit_histogram(other.histogram_frames, other.histogram)
+
+    def finished(self) -> Maps:
+        """Return the sums of single pixels, all squares of one width."""
+        wide = _is_wide(self.maps)
+        if wide:
+            self._widen()
+        return Maps(self.maps.codes, self.maps.wide if wide else self.maps.squares, len(self.frame_sums))
+
+    def _widen(self) -> None:
+        narrow = self.maps.held != WIDE
+        self.maps.wide[narrow] = self.maps.squares[narrow]
+        self.maps.held[...] = WIDE
+
+    def _merge_maps(self, its: SeriesSums) -> None:
+        mine = self.maps
+        if not self.names:
+            mine.codes[...] = 0
+            mine.squares[...] = 0
+        np.add(mine.codes, its.codes, out=mine.codes)
+        if not _is_wide(mine) and not _is_wide(its) and (mine.held + its.held).max() <= MOST_HELD:
+            np.add(mine.squares, its.squares, out=mine.squares)
+            np.add(mine.held, its.held, out=mine.held)
+            return
+        self._widen()
+        wide = its.held == WIDE
+        mine.wide[wide] += its.wide[wide]
+        mine.wide[~wide] += its.squares[~wide]
 
     def _refuse_names(self, names: Sequence[str]) -> None:
         if len(set(names)) != len(names) or any(name in self.frame_sums for name in names):
@@ -322,6 +351,11 @@ class Moments:
             beyond = theirs < mine if lower else theirs > mine
             count[...] = np.where(beyond, their_count, np.where(theirs == mine, count + their_count, count))
             mine[...] = np.where(beyond, theirs, mine)
+
+
+def _is_wide(maps: SeriesSums) -> bool:
+    """Tell whether the squares of some rows are summed in 64 bits."""
+    return bool((maps.held == WIDE).any())
 
 
 class MomentsAddition:

@@ -94,7 +94,7 @@ def column_sums(layout: Layout) -> ColumnSums:
 def sweep(moments: Moments, counts: SpreadCounts, *, workers: int = 1) -> tuple[TileSums, ...]:
     """Return the tile sums of each plane, and count D; on some threads, whose number changes nothing."""
     layout = moments.layout
-    maps = Maps(moments.maps.codes, moments.maps.squares, len(moments.frame_sums))
+    maps = moments.finished()
     bands = tuple(enumerate(layout.bands()))
     sums = column_sums(layout)
 

@@ -114,7 +114,7 @@ def _add_narrow_row(stack: Stack, row: int, codes: NDArray[np.uint32], squares: 
 
 @njit(cache=True, nogil=True)
 def _add_wide_row(stack: Stack, row: int, series: SeriesSums, narrow: _Narrow, room: int) -> None:
-    """Add a row of every frame to the maps of 64 bits: through sums of 32 that hold ``room`` frames, if these are four."""
+    """Add a row of every frame to the maps of 64 bits: by sums of 32 that hold ``room`` frames, if four."""
     count = stack.starts.size
     codes, squares = series.codes[row], series.wide[row]
     at = stack.starts + row * stack.width

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from fullwell.kernels.moments_summary import Maps, sum_maps
+from fullwell.kernels.moments_summary import sum_maps
 from fullwell.statistics.exact import total_of
 from fullwell.statistics.moments import Moments
 from fullwell.statistics.series import LegacyBurst

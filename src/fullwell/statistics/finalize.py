@@ -8,7 +8,7 @@ from itertools import repeat
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments_summary import Maps, SpreadCounts
+from fullwell.kernels.moments_summary import SpreadCounts
 from fullwell.raw.cfa import channels
 from fullwell.statistics.anova import MarginalSquares
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums

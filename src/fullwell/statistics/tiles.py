@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface, summarize_band
+from fullwell.kernels.moments_summary import ColumnSums, SpreadCounts, Surface, summarize_band
 from fullwell.kernels.stack import Band
 from fullwell.statistics.moments import Layout, Moments
 

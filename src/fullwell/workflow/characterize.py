@@ -28,6 +28,7 @@ from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.iso_constancy import IsoPattern, measure_iso_constancy
 from fullwell.workflow.measure.section import Section, joined, over_isos
 from fullwell.workflow.measure.shading_differences import measure_shading_differences
+from fullwell.workflow.memory import keep_large_apart
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import difference_pictures, shading_pictures
 from fullwell.workflow.plan import Cluster
@@ -139,6 +140,7 @@ def _measure(
     measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
     tile = options.tile or default_tile(study)
     beside = None if folder is None else folder.parent
+    keep_large_apart()
     with (
         tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch,
         one_algebra_thread(),

@@ -1,4 +1,4 @@
-"""Files that must be decoded pass through a little memory too: they are read as they are, and decoded some rows at a time."""
+"""Files that must be decoded pass through a little memory too: read as they are, decoded some rows at a time."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -11,28 +11,33 @@ from fullwell.workflow.maps import (
     save_pixel_maps,
     save_shading_map,
 )
+from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.iso import IsoMeasurement
-from fullwell.workflow.measure.pattern_maps import INTERCEPT, SLOPE
+from fullwell.workflow.measure.pattern_maps import INTERCEPT, SLOPE, IsoMaps
 from fullwell.workflow.measure.shading import BurstShading, ChannelShading
 
 
-def write_iso_maps(study: Study, measured: IsoMeasurement, folder: Path) -> None:
-    """Write the maps of one ISO into a folder, which is made if need be."""
-    mosaics = measured.maps.mosaics
-    if SLOPE in mosaics:
-        folder.mkdir(parents=True, exist_ok=True)
-        iso = measured.bursts.iso
-        arrays = {
-            "slope": NamedArray(
-                values=mosaics[SLOPE], unit="DN/s", description="response of each pixel against exposure, mosaic"
-            ),
-            "intercept": NamedArray(
-                values=mosaics[INTERCEPT], unit="DN", description="level of each pixel at no exposure, mosaic"
-            ),
-        }
-        exposures = {one.channel: [burst.exposure_s for burst in one.flats] for one in measured.maps.channels}
-        about = {"iso": iso, "cfa": study.cfa, "exposures_s": exposures, "source": "METHOD 5.2"}
-        save_pixel_maps(folder / f"response_iso{'unknown' if iso is None else f'{iso:g}'}.npz", arrays, about=about)
+def write_response_maps(study: Study, bursts: IsoBursts, maps: IsoMaps, folder: Path) -> None:
+    """Write the response of every pixel at one ISO into a folder, which is made if need be."""
+    if SLOPE not in maps.mosaics:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    iso = bursts.iso
+    arrays = {
+        "slope": NamedArray(
+            values=maps.mosaics[SLOPE], unit="DN/s", description="response of each pixel against exposure, mosaic"
+        ),
+        "intercept": NamedArray(
+            values=maps.mosaics[INTERCEPT], unit="DN", description="level of each pixel at no exposure, mosaic"
+        ),
+    }
+    exposures = {one.channel: [burst.exposure_s for burst in one.flats] for one in maps.channels}
+    about = {"iso": iso, "cfa": study.cfa, "exposures_s": exposures, "source": "METHOD 5.2"}
+    save_pixel_maps(folder / f"response_iso{'unknown' if iso is None else f'{iso:g}'}.npz", arrays, about=about)
+
+
+def write_shading_maps(study: Study, measured: IsoMeasurement, folder: Path) -> None:
+    """Write the shading of every flat burst of an ISO into a folder, which is made if need be."""
     for one in measured.shadings:
         if len(one.channels) < len(measured.bursts.channels):
             continue

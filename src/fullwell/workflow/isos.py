@@ -18,13 +18,14 @@ from fullwell.statistics.pixels import PixelSums
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.duplicates import find_copies
 from fullwell.workflow.executor import Progress
-from fullwell.workflow.iso_maps import write_iso_maps
+from fullwell.workflow.iso_maps import write_response_maps, write_shading_maps
 from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso, without_pixels
 from fullwell.workflow.measure.emva.stacks import FEWEST_FRAMES
 from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso, without_sums
 from fullwell.workflow.measure.pattern_maps import IsoMaps, may_be_mapped
 from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.temperatures import measure_temperatures
+from fullwell.workflow.memory import give_back
 from fullwell.workflow.options import Options
 from fullwell.workflow.pattern_pictures import response_pictures
 from fullwell.workflow.pictures import take_pictures
@@ -144,6 +145,7 @@ class IsoReader:
                 sums = {**reduction.sums, **self._sums_missed(measured, series, reduction, kept)}
                 found = group_by_iso(measured, reduction.statistics, sums, reduction.first)
                 isos.extend(self._measured(bursts, published, isos) for bursts in found)
+                give_back()
         isos.sort(key=lambda one: measured.isos.index(one.bursts.iso))
         return MeasuredIsos(isos=tuple(isos), reduction=_together(measured, files), published=published)
 
@@ -180,21 +182,25 @@ class IsoReader:
     def _measured(self, bursts: IsoBursts, published: PublishedMeasurement, before: Iterable[IsoOutcome]) -> IsoOutcome:
         """Measure an ISO while its sums are there."""
         profiles = self.options.profiles
-        one = measure_iso(self.study, bursts, workers=self.options.workers, profiles=profiles)
-        responses: tuple[ResponsePicture, ...] = ()
+        responses: list[ResponsePicture] = []
+
+        def maps_made(used: IsoBursts, maps: IsoMaps) -> None:
+            if self.folder is not None:
+                write_response_maps(self.study, used, maps, self.folder / "maps")
+                responses.extend(response_pictures(self.study, used.iso, maps))
+
+        one = measure_iso(self.study, bursts, workers=self.options.workers, profiles=profiles, maps_made=maps_made)
         pictures = Pictures()
         if self.folder is not None:
-            write_iso_maps(self.study, one, self.folder / "maps")
-            responses = response_pictures(self.study, one)
+            write_shading_maps(self.study, one, self.folder / "maps")
             pictures = pictures if any(iso.pictures.differences for iso in before) else take_pictures(bursts)
-        one = replace(one, maps=IsoMaps(channels=(), mosaics={}))
         published.add(one)
         return IsoOutcome(
             bursts=without_pixels(bursts),
             measured=without_sums(one),
             temperatures=measure_temperatures(self.study, bursts, one.section.rows, profiles=profiles),
             pictures=pictures,
-            responses=responses,
+            responses=tuple(responses),
         )
 
 

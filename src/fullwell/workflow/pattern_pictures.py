@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from fullwell.fit.legacy.shading_map import Poly22, evaluate
 from fullwell.frames.series import SeriesKey, Study
 from fullwell.report.pictures import ResponsePicture, ShadingDifferencePicture, ShadingPicture
-from fullwell.workflow.measure.iso import IsoMeasurement
-from fullwell.workflow.measure.pattern_maps import SLOPE
+from fullwell.workflow.measure.pattern_maps import SLOPE, IsoMaps
 from fullwell.workflow.measure.regions import Region, central_crop, central_tiles
 from fullwell.workflow.measure.shading import BurstShading, ChannelShading
 from fullwell.workflow.measure.shading_differences import BurstDifference
@@ -87,21 +86,20 @@ def difference_pictures(differences: Iterable[BurstDifference]) -> tuple[Shading
     return tuple(pictures)
 
 
-def response_pictures(study: Study, measured: IsoMeasurement) -> tuple[ResponsePicture, ...]:
+def response_pictures(study: Study, iso: float | None, maps: IsoMaps) -> tuple[ResponsePicture, ...]:
     """Return the slopes of the central megapixel and of one tile in it."""
-    slopes = measured.maps.mosaics.get(SLOPE)
-    if slopes is None:
+    if SLOPE not in maps.mosaics:
         return ()
     crop = central_crop(width=study.width, height=study.height)
     tile = central_tiles(width=study.width, height=study.height)[5]
-    plane = next((one for one in measured.maps.channels if one.channel in {"G1", "mono"} and SLOPE in one.maps), None)
+    plane = next((one for one in maps.channels if one.channel in {"G1", "mono"} and SLOPE in one.maps), None)
     if plane is None or tile.width < 8:
         return ()
     cell = 1 if plane.channel == "mono" else 2
 
     def picture(region: Region, kind: Literal["crop", "tile"], said: str) -> ResponsePicture:
         return ResponsePicture(
-            iso=measured.bursts.iso,
+            iso=iso,
             channel=plane.channel,
             title=f"slope of every pixel of {plane.channel} at {region.x}, {region.y}, {said}",
             image=_binned(plane.maps[SLOPE][region.plane(cell)]),

@@ -53,6 +53,14 @@ class ShadingFits:
         """The chosen model."""
         return self.models[self.chosen]
 
+    def without_errors(self) -> "ShadingFits":
+        """Return the same without the covariances of its models."""
+        nothing = np.empty((0, 0))
+        models = {
+            name: replace(model, covariance=nothing, temporal_covariance=nothing) for name, model in self.models.items()
+        }
+        return replace(self, models=models)
+
 
 def fit_shading(data: ShadingData, *, models: Sequence[str] = MODELS, robust: bool = False) -> ShadingFits:
     """Return the models of a plane's shading (METHOD 6.2) and the choice among them (METHOD 6.3).

@@ -1,6 +1,6 @@
 """Everything measured at one ISO, in the order one figure needs another."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from fullwell.frames.series import Study
@@ -44,8 +44,6 @@ class IsoMeasurement:
         Rows, findings, curves.
     patterns
         Fixed pattern of every channel.
-    maps
-        Maps of every pixel.
     shadings
         Every flat burst whose shading could be fitted, by ascending exposure.
 
@@ -55,17 +53,27 @@ class IsoMeasurement:
     levels: tuple[ChannelLevels, ...]
     section: Section
     patterns: tuple[ChannelPattern, ...]
-    maps: IsoMaps
     shadings: tuple[BurstShading, ...]
 
 
+MapsMade = Callable[[IsoBursts, IsoMaps], None]
+"""Told of the bursts of an ISO and the maps of its pixels, which are let go when it returns."""
+
+
 def without_sums(measured: IsoMeasurement) -> IsoMeasurement:
-    """Return what was measured without the sums of its bursts, so that these can be let go."""
-    shadings = tuple(replace(one, burst=one.burst.without_pixels()) for one in measured.shadings)
+    """Return what was measured without the sums of its bursts and the errors of surfaces: comparisons need neither."""
+    shadings = tuple(one.without_errors() for one in measured.shadings)
     return replace(measured, bursts=without_pixels(measured.bursts), shadings=shadings)
 
 
-def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequence[str] = ()) -> IsoMeasurement:
+def measure_iso(
+    study: Study,
+    bursts: IsoBursts,
+    *,
+    workers: int,
+    profiles: Sequence[str] = (),
+    maps_made: MapsMade | None = None,
+) -> IsoMeasurement:
     """Measure levels, noise, dark current, photon transfer, range, fixed pattern and shading at one ISO.
 
     Parameters
@@ -76,10 +84,12 @@ def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequ
         Threads; what is measured does not depend on their number.
     profiles
         Profiles of EMVA 1288 to evaluate by beside all that.
+    maps_made
+        Told of the maps of every pixel.
 
     """
     with one_algebra_thread():
-        measurement, whites, processing = _measured(study, bursts, workers)
+        measurement, whites, processing = _measured(study, bursts, workers, maps_made)
         if not profiles:
             return measurement
         own, emva = measurement.section, measure_emva(study, bursts, whites, profiles=profiles)
@@ -88,7 +98,7 @@ def measure_iso(study: Study, bursts: IsoBursts, *, workers: int, profiles: Sequ
 
 
 def _measured(
-    study: Study, bursts: IsoBursts, workers: int
+    study: Study, bursts: IsoBursts, workers: int, maps_made: MapsMade | None
 ) -> tuple[IsoMeasurement, tuple[WhiteLevel, ...], Processing]:
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     bursts, unlit_findings = usable_unlit(bursts, whites)
@@ -101,6 +111,10 @@ def _measured(
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
     maps = make_maps(bursts, levels, transfers, workers=workers)
     pattern_section, patterns = measure_nonuniformity(bursts, maps)
+    tile_section = measure_pattern_tiles(bursts, maps, width=study.width, height=study.height)
+    if maps_made is not None:
+        maps_made(bursts, maps)
+    del maps
     model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns)
     shading_section, shadings = measure_shading(bursts, levels, patterns, camera=study.camera, workers=workers)
     system_gain = {
@@ -120,7 +134,7 @@ def _measured(
             transfer_section,
             model_section,
             pattern_section,
-            measure_pattern_tiles(bursts, maps, width=study.width, height=study.height),
+            tile_section,
             rows_in_electrons(in_dn, transfer_section.rows),
             rows_in_volts(in_dn, levels, study.camera.voltage_swing_v),
             measure_dark_variance(bursts, system_gain),
@@ -133,7 +147,5 @@ def _measured(
         )
     )
     section = replace(section, rows=processing.marked(section.rows))
-    measurement = IsoMeasurement(
-        bursts=bursts, levels=levels, section=section, patterns=patterns, maps=maps, shadings=shadings
-    )
+    measurement = IsoMeasurement(bursts=bursts, levels=levels, section=section, patterns=patterns, shadings=shadings)
     return measurement, whites, processing

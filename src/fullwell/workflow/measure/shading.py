@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,10 @@ class ChannelShading:
     data: ShadingData
     fits: ShadingFits
 
+    def without_errors(self) -> "ChannelShading":
+        """Return the same without the covariances of its models, which take the most memory."""
+        return replace(self, fits=self.fits.without_errors())
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BurstShading:
@@ -61,6 +65,11 @@ class BurstShading:
     iso: float | None
     burst: Burst
     channels: tuple[ChannelShading, ...]
+
+    def without_errors(self) -> "BurstShading":
+        """Return the same without pixels and covariances."""
+        channels = tuple(one.without_errors() for one in self.channels)
+        return replace(self, burst=self.burst.without_pixels(), channels=channels)
 
 
 def measure_shading(

@@ -160,8 +160,11 @@ class Moments:
 
     def __getstate__(self) -> dict[str, object]:
         """Return what goes to another process: everything but the locks, and maps that hold nothing."""
-        state = {name: value for name, value in vars(self).items() if not name.endswith(("_locks", "_lock"))}
-        return state if _is_wide(self.maps) else state | {"maps": self.maps._replace(wide=np.empty((0, 0), np.uint64))}
+        state: dict[str, object] = dict(vars(self))
+        del state["_strip_locks"], state["_lock"]
+        if not _is_wide(self.maps):
+            state["maps"] = self.maps._replace(wide=np.empty((0, 0), np.uint64))
+        return state
 
     def __setstate__(self, state: dict[str, object]) -> None:
         """Take what came from another process."""

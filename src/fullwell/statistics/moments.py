@@ -13,13 +13,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import MOST_HELD, add_band, count_codes
+from fullwell.kernels.moments import add_band, count_codes
 from fullwell.kernels.moments_extremes import LIST_ROWS
 from fullwell.kernels.moments_summary import Maps
-from fullwell.kernels.stack import WIDE, Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import Band, FrameSums, Stack
 from fullwell.raw.cfa import cell as cell_of
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.exact import sum_of_squares
+from fullwell.statistics.pixel_sums import empty_maps, finished_maps, merge_maps, packed_maps, unpacked_maps
 
 MOST_FRAMES: Final = 65536
 LARGEST_SIDE: Final = 65536
@@ -133,17 +134,8 @@ class Moments:
 
     def __init__(self, layout: Layout, *, every_histogram: bool = False) -> None:
         self.layout = layout
-        shape, grid = (layout.height, layout.width), (layout.sites, *layout.tiles)
-        self.maps = SeriesSums(
-            codes=np.empty(shape, np.uint32),
-            squares=np.empty(shape, np.uint32),
-            wide=np.empty(shape, np.uint64),
-            held=np.zeros(layout.height, np.int64),
-            lowest=np.empty(grid, np.uint16),
-            highest=np.empty(grid, np.uint16),
-            n_lowest=np.empty(grid, np.int64),
-            n_highest=np.empty(grid, np.int64),
-        )
+        grid = (layout.sites, *layout.tiles)
+        self.maps = empty_maps((layout.height, layout.width), grid)
         self.row_sums = np.zeros((layout.height, layout.cell), np.uint64)
         self.column_sums = np.zeros((layout.cell, layout.width), np.uint64)
         self.tile_sums = np.zeros(grid, np.uint64)
@@ -162,15 +154,12 @@ class Moments:
         """Return what goes to another process: everything but the locks, and maps that hold nothing."""
         state: dict[str, object] = dict(vars(self))
         del state["_strip_locks"], state["_lock"]
-        if not _is_wide(self.maps):
-            state["maps"] = self.maps._replace(wide=np.empty((0, 0), np.uint64))
-        return state
+        return state | {"maps": packed_maps(self.maps)}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         """Take what came from another process."""
         vars(self).update(state)
-        if not self.maps.wide.size:
-            self.maps = self.maps._replace(wide=np.empty(self.maps.codes.shape, np.uint64))
+        self.maps = unpacked_maps(self.maps)
         self._make_locks()
 
     def clear(self, *, every_histogram: bool) -> None:
@@ -274,8 +263,7 @@ class Moments:
         self._refuse_names(other.names)
         if not other.names:
             return
-        self._merge_maps(other.maps)
-        self._merge_extremes(other.maps)
+        merge_maps(self.maps, other.maps, fresh=not self.names)
         self.frame_sums.update(other.frame_sums)
         self.row_sums += other.row_sums
         self.column_sums += other.column_sums
@@ -289,30 +277,7 @@ class Moments:
 
     def finished(self) -> Maps:
         """Return the sums of single pixels, all squares of one width."""
-        wide = _is_wide(self.maps)
-        if wide:
-            self._widen()
-        return Maps(self.maps.codes, self.maps.wide if wide else self.maps.squares, len(self.frame_sums))
-
-    def _widen(self) -> None:
-        narrow = self.maps.held != WIDE
-        self.maps.wide[narrow] = self.maps.squares[narrow]
-        self.maps.held[...] = WIDE
-
-    def _merge_maps(self, its: SeriesSums) -> None:
-        mine = self.maps
-        if not self.names:
-            mine.codes[...] = 0
-            mine.squares[...] = 0
-        np.add(mine.codes, its.codes, out=mine.codes)
-        if not _is_wide(mine) and not _is_wide(its) and (mine.held + its.held).max() <= MOST_HELD:
-            np.add(mine.squares, its.squares, out=mine.squares)
-            np.add(mine.held, its.held, out=mine.held)
-            return
-        self._widen()
-        wide = its.held == WIDE
-        mine.wide[wide] += its.wide[wide]
-        mine.wide[~wide] += its.squares[~wide]
+        return finished_maps(self.maps, len(self.frame_sums))
 
     def _refuse_names(self, names: Sequence[str]) -> None:
         if len(set(names)) != len(names) or any(name in self.frame_sums for name in names):
@@ -345,20 +310,6 @@ class Moments:
         elif not self.histogram_frames or names[0] < self.histogram_frames[0]:
             self.histogram[...] = histogram
             self.histogram_frames = names
-
-    def _merge_extremes(self, other: SeriesSums) -> None:
-        for mine, count, theirs, their_count, lower in (
-            (self.maps.lowest, self.maps.n_lowest, other.lowest, other.n_lowest, True),
-            (self.maps.highest, self.maps.n_highest, other.highest, other.n_highest, False),
-        ):
-            beyond = theirs < mine if lower else theirs > mine
-            count[...] = np.where(beyond, their_count, np.where(theirs == mine, count + their_count, count))
-            mine[...] = np.where(beyond, theirs, mine)
-
-
-def _is_wide(maps: SeriesSums) -> bool:
-    """Tell whether the squares of some rows are summed in 64 bits."""
-    return bool((maps.held == WIDE).any())
 
 
 class MomentsAddition:

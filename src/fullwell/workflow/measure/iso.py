@@ -109,12 +109,9 @@ def _measured(
     noise_section = measure_read_noise(bursts)
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
-    maps = make_maps(bursts, levels, transfers, workers=workers)
-    pattern_section, patterns = measure_nonuniformity(bursts, maps)
-    tile_section = measure_pattern_tiles(bursts, maps, width=study.width, height=study.height)
-    if maps_made is not None:
-        maps_made(bursts, maps)
-    del maps
+    pattern_sections, patterns = _fixed_pattern(
+        study, bursts, make_maps(bursts, levels, transfers, workers=workers), maps_made
+    )
     model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns)
     shading_section, shadings = measure_shading(bursts, levels, patterns, camera=study.camera, workers=workers)
     system_gain = {
@@ -123,7 +120,7 @@ def _measured(
         if row.quantity == "system_gain" and RECOMMENDED in row.flags
     }
     processing = measure_processing(bursts, uses, again, transfers)
-    in_dn = (*noise_section.rows, *dark_section.rows, *pattern_section.rows)
+    in_dn = (*noise_section.rows, *dark_section.rows, *pattern_sections[0].rows)
     section = joined(
         (
             Section(findings=unlit_findings),
@@ -133,8 +130,7 @@ def _measured(
             dark_section,
             transfer_section,
             model_section,
-            pattern_section,
-            tile_section,
+            *pattern_sections,
             rows_in_electrons(in_dn, transfer_section.rows),
             rows_in_volts(in_dn, levels, study.camera.voltage_swing_v),
             measure_dark_variance(bursts, system_gain),
@@ -149,3 +145,14 @@ def _measured(
     section = replace(section, rows=processing.marked(section.rows))
     measurement = IsoMeasurement(bursts=bursts, levels=levels, section=section, patterns=patterns, shadings=shadings)
     return measurement, whites, processing
+
+
+def _fixed_pattern(
+    study: Study, bursts: IsoBursts, maps: IsoMaps, maps_made: MapsMade | None
+) -> tuple[tuple[Section, ...], tuple[ChannelPattern, ...]]:
+    """Measure all that maps of every pixel are made for, so that they can be let go."""
+    whole, patterns = measure_nonuniformity(bursts, maps)
+    tiles = measure_pattern_tiles(bursts, maps, width=study.width, height=study.height)
+    if maps_made is not None:
+        maps_made(bursts, maps)
+    return (whole, tiles), patterns

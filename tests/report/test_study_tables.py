@@ -47,13 +47,13 @@ def tables() -> StudyTables:
     )
 
 
-def test_numbers_read_back_as_they_were(tmp_path: Path) -> None:
+def test_numbers_read_back_to_twelve_digits(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
-    values = rng.normal(size=(40, 7)) * 10.0 ** rng.integers(-12, 12, (40, 7))
-    values[0, :3] = 0.0, -64.0, 1.0 / 3.0
+    values = rng.normal(size=(40, 7000)) * 10.0 ** rng.integers(-12, 12, (40, 7000))
     write_matrix(tmp_path / "values.csv", values)
     text = (tmp_path / "values.csv").read_text()
-    assert [[float(cell) for cell in line.split(",")] for line in text.splitlines()] == values.tolist()
+    read = np.array([[float(cell) for cell in line.split(",")] for line in text.splitlines()])
+    np.testing.assert_allclose(read, values, rtol=5.01e-12, atol=0.0)
 
 
 def test_a_strided_plane_is_written_row_by_row(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 Tables of one ISO are written as soon as they are known (`write_iso_tables`), so that no more than one ISO's maps need
 be in memory; what spans the study follows at the end (`write_study_tables`). Numbers are the shortest text that reads
-back as the same number.
+back as the same number; those of single pixels have twelve digits.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,6 +19,7 @@ from fullwell.fit.legacy.read_noise import ReadNoiseRepeats
 from fullwell.fit.legacy.response import ChannelResponse, StudyResponse
 from fullwell.fit.legacy.shading_map import Poly22
 from fullwell.fit.legacy.volts import VoltScale
+from fullwell.kernels.decimal_text import LONGEST, put_lines
 from fullwell.raw.cfa import ALL, MONO, channel_rank
 
 COEFFICIENTS: Final = "shading_coefficients.csv"
@@ -26,6 +27,8 @@ READ_NOISE: Final = "read_noise.csv"
 DARK_CURRENT: Final = "dark_current.csv"
 README: Final = "README.txt"
 
+_BLOCK: Final = 1 << 16
+"""Numbers that become text at once."""
 _SUFFIXES: Final = {ALL: "all_px", MONO: "all_px", "R": "r", "G": "g", "B": "b"}
 
 
@@ -133,13 +136,12 @@ def write_study_tables(tables: StudyTables, folder: Path) -> None:
 
 
 def write_matrix(path: Path, values: NDArray[np.float64]) -> None:
-    """Write a matrix without a header, one line per row, shape (V, H)."""
-    columns = np.ascontiguousarray(values.T)
-    import pyarrow as pa  # noqa: PLC0415 - loads when used
-    from pyarrow.csv import WriteOptions, write_csv  # noqa: PLC0415 - as above
-
-    table = pa.table({str(index): column for index, column in enumerate(columns)})
-    write_csv(table, path, WriteOptions(include_header=False))
+    """Write a matrix without a header, one line per row, shape (V, H), to twelve significant digits."""
+    height = max(1, _BLOCK // values.shape[1])
+    text = np.empty(LONGEST * height * values.shape[1], np.uint8)
+    with path.open("wb") as file:
+        for top in range(0, values.shape[0], height):
+            file.write(text[: put_lines(np.ascontiguousarray(values[top : top + height]), text)])
 
 
 def _maps(responses: Sequence[ChannelResponse], *, prefix: str) -> Mapping[str, NDArray[np.float64]]:

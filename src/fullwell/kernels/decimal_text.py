@@ -31,9 +31,11 @@ _INF: Final = np.frombuffer(b"inf", np.uint8)
 def _decade(size: float, word: NDArray[np.float64]) -> int:
     """Return e of 10^e <= size < 10^(e + 1), from the exponent of two."""
     word[0] = size
-    twos = np.int64(word.view(np.int64)[0] >> 52) - 1023
+    twos = int(word.view(np.int64)[0] >> 52) - 1023
     decade = (twos * _LOG10_2) >> 16
-    return decade + np.int64(size >= _POWERS[_FIRST + decade + 1]) - np.int64(size < _POWERS[_FIRST + decade])
+    if size < _POWERS[_FIRST + decade]:
+        return decade - 1
+    return decade + 1 if size >= _POWERS[_FIRST + decade + 1] else decade
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -45,7 +47,7 @@ def _scaled(size: float, word: NDArray[np.float64]) -> tuple[int, int]:
     decade = _decade(size, word)
     shift = DIGITS - 1 - decade
     scaled = size * _POWERS[_FIRST + shift] if shift >= 0 else size / _POWERS[_FIRST - shift]
-    whole = np.int64(scaled + 0.5)
+    whole = int(scaled + 0.5)
     if whole >= _FULL:
         whole, decade = whole // 10, decade + 1
     return whole, decade - lift

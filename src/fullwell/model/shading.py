@@ -75,7 +75,12 @@ def legendre(position: FloatArray, size: int, degree: int) -> FloatArray:
         The highest.
 
     """
-    return np.asarray(np.polynomial.legendre.legvander((2.0 * position + 1.0) / size - 1.0, degree), np.float64)
+    x = (2.0 * position + 1.0) / size - 1.0
+    out = np.ones((degree + 1, x.size))
+    out[1:2] = x
+    for n in range(2, degree + 1):
+        out[n] = (out[n - 1] * x * (2 * n - 1) - out[n - 2] * (n - 1)) / n
+    return out.T
 
 
 def cubic_splines(position: FloatArray, size: int, terms: int) -> FloatArray:
@@ -103,7 +108,7 @@ def cubic_splines(position: FloatArray, size: int, terms: int) -> FloatArray:
         [(1.0 - t) ** 3, 3.0 * t**3 - 6.0 * t**2 + 4.0, -3.0 * t**3 + 3.0 * t**2 + 3.0 * t + 1.0, t**3], axis=-1
     )
     out = np.zeros((position.size, terms))
-    np.put_along_axis(out, first[:, None] + np.arange(4), pieces / 6.0, axis=1)
+    out[np.arange(position.size)[:, None], first[:, None] + np.arange(4)] = pieces / 6.0
     return out
 
 

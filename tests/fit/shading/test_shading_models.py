@@ -1,11 +1,13 @@
 """METHOD T17: a lens whose corners no simple law knows, and who follows it how far."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fullwell.fit.shading.extent import corner_and_edges, residual_rms
 from fullwell.fit.shading.polynomial import monomial_coefficients
-from fullwell.fit.shading.projection import fit_radial
+from fullwell.fit.shading.radial import fit_radial
 from fullwell.fit.shading.selection import MODELS, fit_shading
 from fullwell.fit.shading.surface import ShadingModel
 from fullwell.fit.shading.weighting import WeightedBins
@@ -64,6 +66,26 @@ def test_T17_radial_to_the_tenth_power(simulated):  # noqa: N802 - as above
     fitted = surface.value(data.rows[:, None], data.columns[None, :], found.values)
     assert found.terms == 10
     assert rms_percent(fitted / truth - 1.0) <= 0.06
+
+
+@pytest.mark.parametrize("bins", [(189, 252), (9, 11)])
+def test_condensed_bins_tell_the_radial_surface_all_that_bins_do(bins, bench):
+    plane = bench(bins=bins)
+    rng = np.random.default_rng(1)
+    data = plane.data(500.0 * plane.on_bins(plane.cosine, power=1.8), rng)
+    data = replace(data, signal_dn=np.where(rng.random(bins) < 0.1, np.nan, data.signal_dn))
+    weighted = WeightedBins.of(data)
+    found = fit_radial(weighted)
+    surface = RadialSurface(plane=weighted.plane)
+    slopes = surface.jacobian(data.rows[:, None], data.columns, found.values)
+    residual = (weighted.signal_dn - surface.value(data.rows[:, None], data.columns, found.values)).ravel()
+    weight = weighted.weight.ravel()
+    error = np.sqrt(np.diag(found.covariance))
+    information = (slopes * weight) @ slopes.T * np.outer(error, error)
+    np.testing.assert_allclose(information @ (found.covariance / np.outer(error, error)), np.eye(11), atol=1e-4)
+    # at the minimum a Gauss-Newton step would gain less than a ten-thousandth of chi-square's standard error of 1
+    gradient = (slopes * weight) @ residual
+    assert gradient @ found.covariance @ gradient < 1e-4
 
 
 @pytest.mark.parametrize(

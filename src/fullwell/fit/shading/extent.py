@@ -1,6 +1,7 @@
 """How much a lens shades: the surface at the corners and edges of the plane, relative to its maximum."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -109,8 +110,14 @@ def _excess_of_maximum(model: ShadingModel) -> float:
     column = np.append(np.tile(columns, rows.size), model.centre[1])
     value = model.surface(row, column)
     axes = _axes_of_errors(model.equation.jacobian(row, column, model.values), model.covariance)
-    moved = value[:, None] + axes @ hadamard(256)[1 : 1 + axes.shape[1]]
+    moved = value[:, None] + axes @ _signs()[1 : 1 + axes.shape[1]]
     return float(np.mean(np.max(moved - moved[-1], axis=0)))
+
+
+@cache
+def _signs() -> NDArray[np.float64]:
+    """Return 256 balanced and orthogonal patterns of signs."""
+    return hadamard(256).astype(np.float64)
 
 
 def _axes_of_errors(slopes: NDArray[np.float64], covariance: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,13 +1,21 @@
 """Polynomials of row and column by weighted least squares (METHOD 6.2)."""
 
+from functools import cache
 from typing import Final
 
 import numpy as np
 
 from fullwell.fit.shading.solution import Solution
 from fullwell.fit.shading.surface import ShadingModel
-from fullwell.fit.shading.weighting import TensorGrid, WeightedBins, sandwich, symmetric_inverse
-from fullwell.model.shading import TensorSurface
+from fullwell.fit.shading.weighting import (
+    FloatArray,
+    TensorGrid,
+    WeightedBins,
+    gram_of_pairs,
+    sandwich,
+    symmetric_inverse,
+)
+from fullwell.model.shading import TensorSurface, legendre, polynomial_surface
 
 _POWERS: Final = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 _PLACES: Final = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)])
@@ -26,15 +34,49 @@ def fit_polynomial(bins: WeightedBins, surface: TensorSurface) -> Solution:
     terms = int(np.count_nonzero(surface.kept))
     if bins.bins <= terms:
         raise ValueError(f"{terms} terms need more than the {bins.bins} bins there are")
+    degree = surface.kept.shape[0] - 1
     grid = TensorGrid.of(surface, bins.rows, bins.columns)
-    bread = symmetric_inverse(grid.gram(bins.fitting_weight), cutoff=1e-10)
+    bread = symmetric_inverse(polynomial_gram(bins, bins.fitting_weight, degree), cutoff=1e-10)
     total, temporal = bins.scatter_weights()
     return Solution(
         values=bread @ grid.moments(bins.fitting_weight * bins.signal_dn),
-        covariance=bread if bins.robust_weight is None else sandwich(bread, grid.gram(total)),
-        temporal_covariance=sandwich(bread, grid.gram(temporal)),
+        covariance=bread if bins.robust_weight is None else sandwich(bread, polynomial_gram(bins, total, degree)),
+        temporal_covariance=sandwich(bread, polynomial_gram(bins, temporal, degree)),
         terms=float(terms),
     )
+
+
+def polynomial_gram(bins: WeightedBins, weight: FloatArray, degree: int) -> FloatArray:
+    """Return the sums over the bins of weighted products of two polynomials of a total degree, shape (P, P).
+
+    A product of two Legendre polynomials is a sum of such up to twice the degree: these are what is summed.
+
+    Parameters
+    ----------
+    bins
+        Their places.
+    weight
+        Shape (V, H).
+    degree
+        The highest.
+
+    """
+    rows, columns = (
+        legendre(places, size, 2 * degree)
+        for places, size in ((bins.rows, bins.plane.rows), (bins.columns, bins.plane.columns))
+    )
+    share = _products(degree)
+    pairs = share @ (rows.T @ weight @ columns) @ share.T
+    return gram_of_pairs(pairs, polynomial_surface(bins.plane, degree).kept)
+
+
+@cache
+def _products(degree: int) -> FloatArray:
+    """Return what products of two Legendre polynomials hold of each, shape ((degree + 1)^2, 2 degree + 1)."""
+    nodes, shares = np.polynomial.legendre.leggauss(2 * degree + 1)
+    values = np.polynomial.legendre.legvander(nodes, 2 * degree)
+    low, norms = values[:, : degree + 1], np.arange(2 * degree + 1) + 0.5
+    return np.einsum("q,qi,qj,qk,k->ijk", shares, low, low, values, norms, optimize=True).reshape(-1, 2 * degree + 1)
 
 
 def monomial_coefficients(model: ShadingModel) -> tuple[tuple[str, float, float], ...]:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from fullwell.fit.goodness import MISFIT_SIZE
+from fullwell.fit.shading.cosine import fit_cosine
 from fullwell.fit.shading.data import ShadingData
 from fullwell.fit.shading.polynomial import fit_polynomial
-from fullwell.fit.shading.projection import fit_cosine, fit_radial
+from fullwell.fit.shading.radial import fit_radial
 from fullwell.fit.shading.robust import MEAN_WEIGHT, MEAN_WEIGHTED_SQUARE, robust_bins
 from fullwell.fit.shading.solution import Solution, fit_amplitude
 from fullwell.fit.shading.spline import fit_spline, spline_terms
@@ -92,7 +93,7 @@ def fit_shading(data: ShadingData, *, models: Sequence[str] = MODELS, robust: bo
         if name == "cos4-fixed" and data.focal_length_pixels is None:
             continue
         try:
-            found.append(_fitted(name, bins, data.focal_length_pixels))
+            found.append(_fitted(name, bins, data.focal_length_pixels, found))
         except ValueError as error:
             failures[name] = str(error)
     if not found:
@@ -137,12 +138,14 @@ def _near(model: ShadingModel, best: ShadingModel) -> bool:
     return excess <= math.sqrt(2.0 * max(further, 0.0))
 
 
-def _fitted(name: str, bins: WeightedBins, focal_length_pixels: float | None) -> ShadingModel:
-    """Fit one model."""
+def _fitted(
+    name: str, bins: WeightedBins, focal_length_pixels: float | None, before: Sequence[ShadingModel]
+) -> ShadingModel:
+    """Fit one model, given those that were fitted before."""
     terms = spline_terms(bins) if name == "p-spline" else None
     focal = focal_length_pixels if name == "cos4-fixed" else None
     surface = equation(name, bins.plane, focal_length_pixels=focal, spline_terms=terms)
-    solution = _solved(surface, bins)
+    solution = _solved(surface, bins, before)
     fitted = surface.value(bins.rows[:, None], bins.columns[None, :], solution.values)
     count, chi_square = _misfit(bins, fitted)
     row, column, value = maximum(surface, solution.values, bins.plane)
@@ -170,7 +173,7 @@ def _fitted(name: str, bins: WeightedBins, focal_length_pixels: float | None) ->
     )
 
 
-def _solved(surface: Surface, bins: WeightedBins) -> Solution:
+def _solved(surface: Surface, bins: WeightedBins, before: Sequence[ShadingModel]) -> Solution:
     """Fit a surface in the way of its kind."""
     match surface:
         case TensorSurface():
@@ -178,7 +181,7 @@ def _solved(surface: Surface, bins: WeightedBins) -> Solution:
         case CosineSurface():
             return fit_cosine(bins)
         case RadialSurface():
-            return fit_radial(bins)
+            return fit_radial(bins, cosine=next((model.values for model in before if model.name == "cos4"), None))
         case _:
             return fit_amplitude(bins, surface)
 

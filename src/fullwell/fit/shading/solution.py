@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fullwell.fit.shading.projection import Normal
 from fullwell.fit.shading.weighting import FloatArray, WeightedBins, sandwich, symmetric_inverse
 from fullwell.model.shading import Surface
 
@@ -30,29 +30,25 @@ class Solution:
     terms: float
 
 
-def at_minimum(surface: Surface, values: FloatArray, bins: WeightedBins) -> Solution:
-    """Return a least-squares solution with the covariance that its derivatives give.
+def from_normal(found: Normal, *, total: FloatArray | None, temporal: FloatArray) -> Solution:
+    """Return a least-squares solution with the covariance that its derivatives J give.
 
     Parameters
     ----------
-    surface
-        Any surface.
-    values
-        Parameters at the minimum.
-    bins
-        What they were fitted to.
+    found
+        At the minimum.
+    total
+        J W J' with the weights of the scatter of robustly weighted bins; None: as the fit's own.
+    temporal
+        The same with those of temporal noise alone.
 
     """
-    used: NDArray[np.bool_] = bins.weight > 0.0
-    slopes = surface.jacobian(*places(bins), values)
-    total, temporal = (weight[used] for weight in bins.scatter_weights())
-    bread = symmetric_inverse((slopes * bins.fitting_weight[used]) @ slopes.T, whole=False)
-    covariance = bread if bins.robust_weight is None else sandwich(bread, (slopes * total) @ slopes.T)
+    bread = symmetric_inverse(found.information, whole=False)
     return Solution(
-        values=values,
-        covariance=covariance,
-        temporal_covariance=sandwich(bread, (slopes * temporal) @ slopes.T),
-        terms=float(values.size),
+        values=found.parameters,
+        covariance=bread if total is None else sandwich(bread, total),
+        temporal_covariance=sandwich(bread, temporal),
+        terms=float(found.parameters.size),
     )
 
 
@@ -67,15 +63,13 @@ def fit_amplitude(bins: WeightedBins, surface: Surface) -> Solution:
     """
     if bins.bins < 2:
         raise ValueError(f"1 term needs more than the {bins.bins} bins there are")
-    used = bins.weight > 0.0
-    weight = bins.fitting_weight[used]
-    shape = surface.jacobian(*places(bins), np.ones(1))[0]
-    amplitude = (weight * shape) @ bins.signal_dn[used] / ((weight * shape) @ shape)
-    return at_minimum(surface, np.array([amplitude]), bins)
+    shape = surface.value(bins.rows[:, None], bins.columns[None, :], np.ones(1))
 
+    def sum_of(weight: FloatArray) -> FloatArray:
+        return np.array([[np.sum(weight * shape**2)]])
 
-def places(bins: WeightedBins) -> tuple[FloatArray, FloatArray]:
-    """Return row and column of the bins that are used, shape (n,) each [pixel]."""
-    used = bins.weight > 0.0
-    row, column = np.broadcast_arrays(bins.rows[:, None], bins.columns[None, :])
-    return row[used], column[used]
+    information = sum_of(bins.fitting_weight)
+    moment = np.sum(bins.fitting_weight * shape * bins.signal_dn)
+    found = Normal(parameters=moment / information[0], information=information, gradient=np.zeros(1), chi_square=np.nan)
+    total, temporal = (sum_of(weight) for weight in bins.scatter_weights())
+    return from_normal(found, total=None if bins.robust_weight is None else total, temporal=temporal)

@@ -25,6 +25,10 @@ _CLOSE: Final = 1e-3
 """Distance to which a maximum is searched [pixel]: there the surface differs by nothing that counts."""
 
 
+_COARSE: Final = np.linspace(-1.0, 1.0, 49)
+_FINE: Final = np.linspace(-1.0, 1.0, 25)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShadingModel:
     """One surface fitted to one plane (METHOD 6.2).
@@ -190,17 +194,15 @@ def maximum(surface: Surface, values: FloatArray, plane: Plane) -> tuple[float, 
 
     A grid finds it, finer ones around it close in.
     """
-    row_ends, column_ends = np.array([0.0, plane.rows - 1.0]), np.array([0.0, plane.columns - 1.0])
-    reach = np.array([plane.rows / 2.0, plane.columns / 2.0])
-    centre = np.array(plane.middle)
-    points, value = 49, 0.0
+    ends = np.array([[plane.rows - 1.0], [plane.columns - 1.0]])
+    centre, reach = np.array(plane.middle), np.array([plane.rows / 2.0, plane.columns / 2.0])
+    steps, value = _COARSE, 0.0
     while reach.max() > _CLOSE:
-        row = np.clip(np.linspace(centre[0] - reach[0], centre[0] + reach[0], points), *row_ends)
-        column = np.clip(np.linspace(centre[1] - reach[1], centre[1] + reach[1], points), *column_ends)
+        row, column = np.clip(centre[:, None] + reach[:, None] * steps, 0.0, ends)
         grid = surface.value(row[:, None], column[None, :], values)
-        best_row, best_column = np.unravel_index(int(np.argmax(grid)), grid.shape)
+        best_row, best_column = divmod(int(np.argmax(grid)), column.size)
         centre = np.array([row[best_row], column[best_column]])
         value = float(grid[best_row, best_column])
-        reach *= 4.0 / (points - 1)
-        points = 9
+        reach *= 4.0 / (steps.size - 1)
+        steps = _FINE
     return float(centre[0]), float(centre[1]), value

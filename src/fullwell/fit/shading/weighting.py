@@ -11,7 +11,7 @@ from fullwell.model.shading import Plane, TensorSurface
 
 FloatArray = NDArray[np.float64]
 
-_UNDETERMINED: Final = "the bins do not determine every term of the model"
+UNDETERMINED: Final = "the bins do not determine every term of the model"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,11 +116,7 @@ class TensorGrid:
 
     def gram(self, weight: FloatArray) -> FloatArray:
         """Return X' W X for weights of shape (V, H), shape (P, P)."""
-        rows, columns = self.kept.shape
-        pairs = _squared(self.row_basis).T @ weight @ _squared(self.column_basis)
-        full = pairs.reshape(rows, rows, columns, columns).transpose(0, 2, 1, 3).reshape(rows * columns, -1)
-        kept = self.kept.ravel()
-        return full if kept.all() else np.ascontiguousarray(full[np.ix_(kept, kept)])
+        return gram_of_pairs(_squared(self.row_basis).T @ weight @ _squared(self.column_basis), self.kept)
 
     def moments(self, values: FloatArray) -> FloatArray:
         """Return X' z for values of shape (V, H), shape (P,)."""
@@ -131,6 +127,23 @@ class TensorGrid:
         coefficients = np.zeros(self.kept.shape)
         coefficients[self.kept] = parameters
         return self.row_basis @ coefficients @ self.column_basis.T
+
+
+def gram_of_pairs(pairs: FloatArray, kept: NDArray[np.bool_]) -> FloatArray:
+    """Return sums of weighted products of surfaces, from those of two functions of the row and two of the column.
+
+    Parameters
+    ----------
+    pairs
+        Shape (R * R, C * C).
+    kept
+        Which products of a function of the row and one of the column are surfaces, shape (R, C).
+
+    """
+    rows, columns = kept.shape
+    full = pairs.reshape(rows, rows, columns, columns).transpose(0, 2, 1, 3).reshape(rows * columns, -1)
+    chosen = kept.ravel()
+    return full if chosen.all() else np.ascontiguousarray(full[np.ix_(chosen, chosen)])
 
 
 def _squared(basis: FloatArray) -> FloatArray:
@@ -158,11 +171,11 @@ def symmetric_inverse(matrix: FloatArray, *, cutoff: float = 1e-13, whole: bool 
     """
     scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     if not (np.isfinite(matrix).all() and (scale > 0.0).all()):
-        raise ValueError(_UNDETERMINED)
+        raise ValueError(UNDETERMINED)
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     kept = values > cutoff * values[-1]
     if whole and not kept.all():
-        raise ValueError(_UNDETERMINED)
+        raise ValueError(UNDETERMINED)
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
     return inverse / np.outer(scale, scale)
 

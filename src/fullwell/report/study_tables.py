@@ -141,7 +141,7 @@ def write_matrix(path: Path, values: NDArray[np.float64]) -> None:
     text = np.empty(LONGEST * height * values.shape[1], np.uint8)
     with path.open("wb") as file:
         for top in range(0, values.shape[0], height):
-            file.write(text[: put_lines(np.ascontiguousarray(values[top : top + height]), text)])
+            file.write(text[: put_lines(np.ascontiguousarray(values[top : top + height]), text)].data)
 
 
 def _maps(responses: Sequence[ChannelResponse], *, prefix: str) -> Mapping[str, NDArray[np.float64]]:

@@ -11,7 +11,6 @@ from typing import Final
 
 import numpy as np
 
-from fullwell.fit.solvers import root_between
 from fullwell.model.quantization import (
     quantization_variance,
     rounded_variance,
@@ -24,6 +23,8 @@ COVERING_SPREAD: Final = 0.5
 """Spread of the pixels' levels, in codes, from which all phases count as covered."""
 MEASURABLE: Final = 0.35
 """Noise, in codes, below which an unknown phase leaves no more than an interval."""
+
+_CONVERGED: Final = 1e-15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +94,7 @@ def analogue_read_noise(
 
 
 def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
-    """Invert the rounding law averaged over all phases (METHOD 3.3).
+    """Invert the rounding law averaged over all phases (METHOD 3.3), by Newton's method between bounds.
 
     Parameters
     ----------
@@ -115,12 +116,16 @@ def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
     """
     if variance_dn2 <= 0.0:
         return 0.0
-    above = math.sqrt(variance_dn2) + step
-
-    def surplus(noise: float) -> float:
-        return rounded_variance(noise, step=step) - variance_dn2
-
-    return root_between(surplus, 0.0, above)
+    noise = math.sqrt(variance_dn2)
+    low, high = 0.0, noise + step
+    while True:
+        surplus = rounded_variance(noise, step=step) - variance_dn2
+        low, high = (low, noise) if surplus > 0.0 else (noise, high)
+        newton = noise - surplus / (2.0 * noise * rounded_variance_slope(noise, step=step))
+        found = newton if low < newton < high else (low + high) / 2.0
+        if abs(found - noise) <= _CONVERGED * noise:
+            return found
+        noise = found
 
 
 def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> float:

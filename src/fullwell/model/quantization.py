@@ -5,6 +5,7 @@ Rounding adds q^2/12 only where the noise, or the spread of levels over the pixe
 """
 
 import math
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -82,7 +83,7 @@ def rounded_variance_at_phase(
 
     """
     sigma, level = np.broadcast_arrays(np.asarray(noise, np.float64) / step, np.asarray(phase, np.float64) / step)
-    nodes, weights = np.polynomial.hermite_e.hermegauss(21)
+    nodes, weights = _levels()
     pixel_levels = level[..., None] + (spread / step) * nodes
     reach = math.ceil(8.0 * (float(sigma.max(initial=0.0)) + spread / step)) + 2
     edges = np.arange(-reach, reach + 1) - 0.5
@@ -94,3 +95,10 @@ def rounded_variance_at_phase(
     mean = probability @ codes
     variance = probability @ codes**2 - mean**2
     return step**2 * (variance @ weights) / weights.sum()
+
+
+@cache
+def _levels() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the nodes and weights of levels that scatter normally."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(21)
+    return nodes, weights

@@ -110,6 +110,8 @@ def plain(value: object) -> Plain:  # noqa: PLR0911 - one return per kind of val
         Where there is no such word.
 
     """
+    if type(value) is float:  # most values are, and the questions below take their time
+        return value if math.isfinite(value) else None
     if isinstance(value, Enum):
         return plain(value.value)
     if value is None or isinstance(value, (str, bool, int)):

@@ -1,5 +1,6 @@
 """Threads that work side by side until all is done, one fails, or the user interrupts."""
 
+import gc
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -69,3 +70,13 @@ def one_algebra_thread() -> Generator[None]:
     """Keep linear algebra to one thread: on many small matrices its own threads cost more than they bring."""
     with threadpool_limits(1, user_api="blas"):
         yield
+
+
+@contextmanager
+def old_objects_aside() -> Generator[None]:
+    """Let the collector pass over all objects that are there: compilers and libraries hold very many, for good."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()

@@ -34,7 +34,7 @@ class StackHistogram:
     width: float
 
 
-def stack_histogram(values: Floats, *, frames: int, lowest: float | None = None) -> StackHistogram:
+def stack_histogram(values: Floats, *, frames: int, about: float | None = None) -> StackHistogram:
     """Count the values of an average of ``frames`` frames, (73) to (75).
 
     Parameters
@@ -43,8 +43,8 @@ def stack_histogram(values: Floats, *, frames: int, lowest: float | None = None)
         Of any shape [DN].
     frames
         L: bins are a whole number of steps of 1/L wide, at most 256 of them.
-    lowest
-        Where the first bin begins; None is the lowest value [DN].
+    about
+        What deviations are counted from in place of the values, so that the first bin begins at 0 [DN].
 
     Examples
     --------
@@ -53,13 +53,16 @@ def stack_histogram(values: Floats, *, frames: int, lowest: float | None = None)
     (174, [0.25, 1.0], 0.75)
 
     """
-    first = float(values.min()) if lowest is None else lowest
-    span = frames * (float(values.max()) - first)
+    low, high = float(values.min()), float(values.max())
+    first, last = (low, high) if about is None else (0.0, max(abs(low - about), abs(high - about)))
+    span = frames * (last - first)
     step = math.floor(span / MOST_BINS) + 1
     bins = math.floor(span / step) + 1
     flat, counts = values.reshape(-1), np.zeros(bins, np.int64)
     for start in range(0, flat.size, _AT_ONCE):
-        places = np.floor((flat[start : start + _AT_ONCE] - first) * (frames / step)).astype(np.int64)
+        part = flat[start : start + _AT_ONCE]
+        above = part - first if about is None else np.abs(part - about)
+        places = np.floor(above * (frames / step)).astype(np.int64)
         counts += np.bincount(np.clip(places, 0, bins - 1), minlength=bins)
     centres = first + (step - 1) / (2.0 * frames) + np.arange(bins, dtype=np.float64) * (step / frames)
     return StackHistogram(centres=centres, counts=counts, width=step / frames)
@@ -76,5 +79,5 @@ def normal_counts(histogram: StackHistogram, *, mean: float, variance: float) ->
 
 def accumulated(values: Floats, *, frames: int) -> StackHistogram:
     """Return how many pixels deviate from the mean by at least each bin's value, (77) to (81)."""
-    found = stack_histogram(np.abs(values - values.mean()), frames=frames, lowest=0.0)
+    found = stack_histogram(values, frames=frames, about=float(values.mean()))
     return StackHistogram(centres=found.centres, counts=np.cumsum(found.counts[::-1])[::-1], width=found.width)

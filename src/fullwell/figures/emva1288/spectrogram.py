@@ -16,7 +16,7 @@ def power_spectrum(plane: Floats) -> Floats:
     Parameters
     ----------
     plane
-        Shape (M, N); its mean is subtracted [DN].
+        Shape (M, N), in any order in memory; its mean is subtracted [DN].
 
     Returns
     -------
@@ -34,7 +34,7 @@ def power_spectrum(plane: Floats) -> Floats:
     mean = plane.mean()
     power = np.zeros(columns // 2 + 1)
     for top in range(0, rows, _BLOCK):
-        spectrum = np.fft.rfft(plane[top : top + _BLOCK] - mean, axis=1)
+        spectrum = np.fft.rfft(np.subtract(plane[top : top + _BLOCK], mean, order="C"), axis=1)
         power += np.einsum("ij,ij->j", spectrum.real, spectrum.real) + np.einsum(
             "ij,ij->j", spectrum.imag, spectrum.imag
         )

@@ -1,7 +1,9 @@
 """Everything measured at one ISO, in the order one figure needs another."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 from fullwell.frames.series import Study
 from fullwell.workflow.executor import one_algebra_thread
@@ -88,19 +90,21 @@ def measure_iso(
         Told of the maps of every pixel.
 
     """
-    with one_algebra_thread():
-        measurement, whites, processing = _measured(study, bursts, workers, maps_made)
+    whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
+    with one_algebra_thread(), ThreadPoolExecutor(1) as pool:
         if not profiles:
-            return measurement
-        own, emva = measurement.section, measure_emva(study, bursts, whites, profiles=profiles)
+            return _measured(study, bursts, whites, workers, maps_made)[0]
+        evaluate = partial(measure_emva, study, bursts, whites, profiles=profiles)
+        beside = pool.submit(evaluate) if workers > 1 else None
+        measurement, processing = _measured(study, bursts, whites, workers, maps_made)
+        own, emva = measurement.section, evaluate() if beside is None else beside.result()
         marked = replace(emva, rows=processing.marked(with_recommendations(own.rows, emva.rows)))
         return replace(measurement, section=joined((own, marked)))
 
 
 def _measured(
-    study: Study, bursts: IsoBursts, workers: int, maps_made: MapsMade | None
-) -> tuple[IsoMeasurement, tuple[WhiteLevel, ...], Processing]:
-    whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
+    study: Study, bursts: IsoBursts, whites: tuple[WhiteLevel, ...], workers: int, maps_made: MapsMade | None
+) -> tuple[IsoMeasurement, Processing]:
     bursts, unlit_findings = usable_unlit(bursts, whites)
     uses = code_uses(bursts)
     bursts = replace(bursts, code_steps=code_steps(uses))
@@ -144,7 +148,7 @@ def _measured(
     )
     section = replace(section, rows=processing.marked(section.rows))
     measurement = IsoMeasurement(bursts=bursts, levels=levels, section=section, patterns=patterns, shadings=shadings)
-    return measurement, whites, processing
+    return measurement, processing
 
 
 def _fixed_pattern(

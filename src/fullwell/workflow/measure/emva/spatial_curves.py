@@ -78,7 +78,7 @@ class _StackCurves:
         )
 
     def _spectrograms(self, filtered: Floats, lines: tuple[float, float], scale: float) -> Curve:
-        planes = (filtered, np.ascontiguousarray(filtered.T))
+        planes = (filtered, filtered.T)
         found = [scale * np.sqrt(power_spectrum(plane)) for plane in planes]
         pattern, temporal = (scale * np.sqrt(max(variance, 0.0)) for variance in lines)
         steps = sum(one.size for one in found)

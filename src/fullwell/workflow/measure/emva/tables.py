@@ -1,5 +1,6 @@
 """Curves of one channel under one profile: columns of equal length after method, ISO, temperature and channel."""
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -45,5 +46,5 @@ def _plain(values: Values, steps: int) -> tuple[float | int | str | None, ...]:
     if isinstance(values, tuple):
         return values
     if values.dtype.kind == "f":
-        return tuple(value if np.isfinite(value) else None for value in values.tolist())
+        return tuple(value if math.isfinite(value) else None for value in values.tolist())
     return tuple(int(value) for value in values.tolist())

@@ -7,6 +7,7 @@ is all that can be said.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -93,6 +94,7 @@ def analogue_read_noise(
     return ReadNoise(noise=square_root(variance, DN), variance=variance, quantization_limited=False)
 
 
+@lru_cache(1024)
 def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
     """Invert the rounding law averaged over all phases (METHOD 3.3), by Newton's method between bounds.
 

@@ -82,6 +82,22 @@ def variance_components(mean_squares: MeanSquares, shape: tuple[int, int, int]) 
         T frames (at least two), M rows, N columns.
 
     """
+    return VarianceComponents(**{effect: component(effect, mean_squares, shape) for effect in EFFECTS})
+
+
+def component(effect: str, mean_squares: MeanSquares, shape: tuple[int, int, int]) -> Measured:
+    """Return one of the seven components.
+
+    Parameters
+    ----------
+    effect
+        Of `EFFECTS`.
+    mean_squares
+        The seven mean squares [DN^2].
+    shape
+        T frames (at least two), M rows, N columns.
+
+    """
     frames, rows, columns = shape
     combinations: dict[str, dict[str, float]] = {
         "t": _over(rows * columns, t=1, tv=-1, th=-1, tvh=1),
@@ -92,11 +108,7 @@ def variance_components(mean_squares: MeanSquares, shape: tuple[int, int, int]) 
         "vh": _over(frames, vh=1, tvh=-1),
         "tvh": _over(1, tvh=1),
     }
-    found = {
-        effect: combined(mean_squares, shape, combination, modified_interval=True)
-        for effect, combination in combinations.items()
-    }
-    return VarianceComponents(**found)
+    return combined(mean_squares, shape, combinations[effect], modified_interval=True)
 
 
 def temporal_variance(

@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.kernels.pattern_tiles import Axis, MapPlane, PatternSums, add_patterns
 from fullwell.statistics.tiles import SURFACE_TERMS, edges, polynomials
 
 SMALLEST_SIDE: Final = 8
@@ -67,9 +68,7 @@ class Pattern:
     columns: float
 
 
-def pattern(
-    plane: NDArray[np.float32 | np.float64], *, tile: int, relative: bool, use: NDArray[np.bool_] | None = None
-) -> Pattern:
+def pattern(plane: MapPlane, *, tile: int, relative: bool, use: NDArray[np.bool_] | None = None) -> Pattern:
     """Return the fixed pattern of one plane of a map.
 
     Parameters
@@ -94,21 +93,18 @@ def pattern(
     if tile < SMALLEST_SIDE:
         raise ValueError(f"a tile has an edge of at least {SMALLEST_SIDE} pixels, not {tile}")
     down, across = (_axis(length, tile) for length in plane.shape)
-    chosen = np.ones((down.lengths.size, across.lengths.size), np.bool_) if use is None else use
-    bands = [
-        _band(plane[top : top + height], across, chosen[at], relative=relative)
-        for at, (top, height) in enumerate(zip(down.starts, down.lengths, strict=True))
-    ]
-    dof = np.stack([band.dof for band in bands])
-    rows, pixels, columns = _rows(bands), _pixels(bands, across), _columns(bands, across)
-    counts = dof > 0
+    sums = _sums(plane, down, across, use, relative=relative)
+    n = down.lengths[:, np.newaxis] * across.lengths
+    dof = np.where(sums.counts, n - SURFACE_TERMS, 0)
+    rows, columns, pixels = _rows(sums, down, across), _columns(sums, down, across), _pixels(sums, down, across)
+    inverse_square = sums.inverse / n if relative else np.ones(n.shape)
     return Pattern(
         size=tile,
-        n=down.lengths[:, np.newaxis] * across.lengths,
+        n=n,
         dof=dof,
-        mean=np.stack([band.mean for band in bands]),
-        variance=np.divide(np.stack([band.power for band in bands]), dof, out=np.full(dof.shape, np.nan), where=counts),
-        inverse_square=np.where(counts, np.stack([band.inverse_square for band in bands]), np.nan),
+        mean=sums.mean,
+        variance=np.divide(sums.power, dof, out=np.full(dof.shape, np.nan), where=sums.counts),
+        inverse_square=np.where(sums.counts, inverse_square, np.nan),
         row_mean_square=rows.mean_square,
         column_mean_square=columns.mean_square,
         pixel_mean_square=pixels.mean_square,
@@ -120,28 +116,6 @@ def pattern(
     )
 
 
-class _Axis(NamedTuple):
-    """An axis cut in tiles: lengths and starts, polynomials of degree 0 to 2 (3, length), their squares by tile."""
-
-    lengths: NDArray[np.int64]
-    starts: NDArray[np.int64]
-    basis: NDArray[np.float64]
-    squares: NDArray[np.float64]
-
-
-class _Band(NamedTuple):
-    """A row of tiles: sums of squares of the residuals, by tile but for ``columns``, the sums over its height."""
-
-    height: int
-    dof: NDArray[np.int64]
-    mean: NDArray[np.float64]
-    power: NDArray[np.float64]
-    inverse_square: NDArray[np.float64]
-    rows: NDArray[np.float64]
-    columns: NDArray[np.float64]
-    widths: NDArray[np.int64]
-
-
 class _MeanSquare(NamedTuple):
     """A mean square, its degrees of freedom, and the pixels that each sum runs over."""
 
@@ -150,84 +124,39 @@ class _MeanSquare(NamedTuple):
     length: float
 
 
-def _axis(length: int, tile: int) -> _Axis:
+def _axis(length: int, tile: int) -> Axis:
     lengths = edges(length, tile)
-    starts = np.cumsum(lengths) - lengths
-    basis = np.stack((np.ones(length), *polynomials(lengths)))
-    return _Axis(lengths, starts, basis, np.add.reduceat(basis**2, starts, axis=1))
+    return Axis(np.cumsum(lengths) - lengths, lengths, *polynomials(lengths))
 
 
-def _band(
-    plane: NDArray[np.float32 | np.float64], across: _Axis, chosen: NDArray[np.bool_], *, relative: bool
-) -> _Band:
-    """Take its surface off each tile of a row of tiles."""
-    values = plane.astype(np.float64)
-    height = values.shape[0]
-    sound = np.logical_and.reduceat(np.isfinite(values).all(axis=0), across.starts)
-    values[:, ~np.repeat(sound, across.lengths)] = 1.0
-    surface = _surface(values, across)
-    counts = chosen & sound & (height >= SMALLEST_SIDE) & (across.lengths >= SMALLEST_SIDE)
-    if relative:
-        counts &= np.minimum.reduceat(surface.min(axis=0), across.starts) > 0.0
-    left_out = ~np.repeat(counts, across.lengths)
-    surface[:, left_out] = 1.0
-    scale = 1.0 / surface if relative else np.ones_like(surface[:1])
-    residuals = (values - surface) * scale
-    residuals[:, left_out] = 0.0
-    n = height * across.lengths
-
-    def gathered(by_column: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.add.reduceat(by_column, across.starts)
-
-    return _Band(
-        height=height,
-        dof=np.where(counts, n - SURFACE_TERMS, 0),
-        mean=np.where(sound, gathered(values.sum(axis=0)) / n, np.nan),
-        power=gathered(np.einsum("vh,vh->h", residuals, residuals)),
-        inverse_square=gathered(np.einsum("vh,vh->h", scale, scale)) / (scale.shape[0] * across.lengths),
-        rows=np.add.reduceat(residuals, across.starts, axis=1),
-        columns=residuals.sum(axis=0),
-        widths=np.where(counts, across.lengths, 0),
-    )
+def _sums(plane: MapPlane, down: Axis, across: Axis, use: NDArray[np.bool_] | None, *, relative: bool) -> PatternSums:
+    large = np.logical_and.outer(down.lengths >= SMALLEST_SIDE, across.lengths >= SMALLEST_SIDE)
+    mean, power, inverse, rows, columns = (np.zeros(large.shape) for _ in range(5))
+    by_row, by_column = np.zeros(plane.shape[0]), np.zeros(plane.shape[1])
+    sums = PatternSums(large if use is None else large & use, mean, power, inverse, rows, columns, by_row, by_column)
+    add_patterns(plane, down, across, sums, relative)
+    return sums
 
 
-def _surface(values: NDArray[np.float64], across: _Axis) -> NDArray[np.float64]:
-    """Return the quadratic surface of each tile of a row of tiles, of the same shape."""
-    down = _axis(values.shape[0], values.shape[0])
-    moments = down.basis @ values
-    profiles = np.zeros_like(moments)
-    for i, j in ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0)):
-        squares = down.squares[i, 0] * across.squares[j]
-        sums = np.add.reduceat(moments[i] * across.basis[j], across.starts)
-        share = np.divide(sums, squares, out=np.zeros_like(sums), where=squares > 0.0)
-        profiles[i] += np.repeat(share, across.lengths) * across.basis[j]
-    return down.basis.T @ profiles
-
-
-def _rows(bands: list[_Band]) -> _MeanSquare:
+def _rows(sums: PatternSums, down: Axis, across: Axis) -> _MeanSquare:
     """Return the mean square of whole rows; a surface takes three degrees of freedom off those of its tiles."""
-    widths = np.array([band.widths.sum() for band in bands])
-    dof = np.array([band.height - 3 for band in bands]) * (widths > 0)
-    power = np.array([np.sum(band.rows.sum(axis=1) ** 2) for band in bands])
-    return _pooled(power, widths, dof)
+    widths = sums.counts @ across.lengths
+    power = np.add.reduceat(sums.by_row**2, down.starts)
+    return _pooled(power, widths, (down.lengths - 3) * (widths > 0))
 
 
-def _columns(bands: list[_Band], across: _Axis) -> _MeanSquare:
+def _columns(sums: PatternSums, down: Axis, across: Axis) -> _MeanSquare:
     """Return the mean square of whole columns."""
-    heights = np.sum([band.height * (band.widths > 0) for band in bands], axis=0)
-    dof = (across.lengths - 3) * (heights > 0)
-    power = np.add.reduceat(np.sum([band.columns for band in bands], axis=0) ** 2, across.starts)
-    return _pooled(power, heights, dof)
+    heights = down.lengths @ sums.counts
+    power = np.add.reduceat(sums.by_column**2, across.starts)
+    return _pooled(power, heights, (across.lengths - 3) * (heights > 0))
 
 
-def _pixels(bands: list[_Band], across: _Axis) -> _MeanSquare:
+def _pixels(sums: PatternSums, down: Axis, across: Axis) -> _MeanSquare:
     """Return the mean square of what the rows and columns of each tile do not hold."""
-    power, dof = 0.0, 0
-    for band in bands:
-        inside = band.power - np.sum(band.rows**2, axis=0) / across.lengths
-        inside -= np.add.reduceat(band.columns**2, across.starts) / band.height
-        power += float(inside.sum())
-        dof += int(np.sum((band.dof > 0) * (band.height * across.lengths - band.height - across.lengths)))
+    heights, widths = down.lengths[:, np.newaxis], across.lengths
+    power = float(np.sum(sums.power - sums.rows / widths - sums.columns / heights))
+    dof = int(np.sum(sums.counts * (heights * widths - heights - widths)))
     return _MeanSquare(max(power, 0.0) / dof if dof else np.nan, dof, 1.0)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.fit.noise_floor import NoiseFloor, noise_floor
-from fullwell.fit.variance_components import variance_components
+from fullwell.fit.variance_components import component
 from fullwell.frames.series import Kind, Series, SeriesKey
 from fullwell.statistics.pixels import combine, line_coefficients
 from fullwell.statistics.series import PlaneStatistics
@@ -207,15 +207,18 @@ def make_maps(
 def floor_of(combination: Combination, channel: str) -> NoiseFloor:
     """Return the temporal noise that a map keeps of the frames it was made from."""
     planes = [burst.plane(channel) for burst in combination.bursts]
-    told_by = planes if combination.steady is None else [combination.steady.plane(channel)] * len(planes)
-    lines = [variance_components(plane.mean_squares, plane.shape) for plane in told_by]
+    told_by = planes if combination.steady is None else [combination.steady.plane(channel)]
+    rows, columns = (
+        [component(effect, plane.mean_squares, plane.shape) for plane in told_by] * (len(planes) // len(told_by))
+        for effect in ("tv", "th")
+    )
     return noise_floor(
         combination.coefficients,
         np.array([plane.tiles.temporal_variance for plane in planes]),
         np.array([_dof(plane) for plane in planes]),
         frames=[plane.frames for plane in planes],
-        row_variances=[one.tv for one in lines],
-        column_variances=[one.th for one in lines],
+        row_variances=rows,
+        column_variances=columns,
     )
 
 

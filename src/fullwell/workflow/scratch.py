@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fullwell.statistics.pixels import PixelSums
 
-MOST_KEPT_BYTES: Final = 400_000_000
+MOST_KEPT_BYTES: Final = 250_000_000
 
 
 class KeptSums:
@@ -26,7 +26,7 @@ class KeptSums:
     pixels
         Pixels of a mosaic.
     folder
-        Where files go once the sums in memory take `MOST_KEPT_BYTES`; it must be there as long as the sums are read,
+        Where files go once all sums that are kept take `MOST_KEPT_BYTES`; it must be there as long as the sums are read,
         and is the caller's to remove.
 
     Raises
@@ -39,7 +39,7 @@ class KeptSums:
     def __init__(self, *, series: int, pixels: int, folder: Path | None = None) -> None:
         self._folder = folder
         self._lock = Lock()
-        self._in_memory: dict[int, int] = {}
+        self._kept: dict[int, int] = {}
         total_bytes = series * pixels * np.dtype(np.uint32).itemsize
         if total_bytes > MOST_KEPT_BYTES and folder is None:
             raise ValueError(f"the sums of {series} series take {total_bytes / 1e9:.1f} GB: name a scratch folder")
@@ -47,22 +47,21 @@ class KeptSums:
     def keep(self, sums: PixelSums, *, copied: bool = False) -> PixelSums:
         """Return the sums of a series read-only, a copy unless they are ``copied`` already."""
         with self._lock:
-            fits = sum(self._in_memory.values()) + sums.nbytes <= MOST_KEPT_BYTES
+            fits = sum(self._kept.values()) + sums.nbytes <= MOST_KEPT_BYTES
             kept = (sums if copied else sums.copy()) if fits or self._folder is None else _in_file(sums, self._folder)
-            if kept.base is None:
-                self._in_memory[id(kept)] = kept.nbytes
+            self._kept[id(kept)] = kept.nbytes
         kept.flags.writeable = False
         return kept
 
     def roomy(self) -> bool:
-        """Whether less than three quarters of the memory for sums is taken, so that more may be kept ahead of time."""
+        """Whether more may be kept ahead of time: in files, or while three quarters of the memory are not yet taken."""
         with self._lock:
-            return 4 * sum(self._in_memory.values()) < 3 * MOST_KEPT_BYTES
+            return self._folder is not None or 4 * sum(self._kept.values()) < 3 * MOST_KEPT_BYTES
 
     def forget(self, sums: PixelSums) -> None:
         """Hear that sums are no longer looked at, so that others may take their place."""
         with self._lock:
-            self._in_memory.pop(id(sums), None)
+            self._kept.pop(id(sums), None)
         _let_go(sums)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from xxhash import xxh3_128
 
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind, Study
@@ -62,10 +63,13 @@ def test_coded_frames_come_to_what_plain_ones_do(
     assert same(reduced(coded, workers=workers), reduced(plain))
 
 
+@pytest.mark.parametrize("tile", [None, (32, 48)])
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("broken", ["cut", "impossible"])
-def test_a_frame_that_fails_on_its_way_is_left_out(tmp_path: Path, broken: str, workers: int) -> None:
-    study = written(tmp_path / "study", compression="lossless-jpeg")
+def test_a_frame_that_fails_on_its_way_is_left_out(
+    tmp_path: Path, broken: str, workers: int, tile: tuple[int, int] | None
+) -> None:
+    study = written(tmp_path / "study", compression="lossless-jpeg", tile=tile)
     damaged = [tmp_path / "study" / name for name in ("dark/1.dng", "flat/4.dng")]
     for path in damaged:
         whole = bytearray(path.read_bytes())
@@ -76,6 +80,8 @@ def test_a_frame_that_fails_on_its_way_is_left_out(tmp_path: Path, broken: str, 
             path.write_bytes(whole)
     found = reduced(study, workers=workers)
     assert [one.name for one in found.excluded] == ["dark/1.dng", "flat/4.dng"]
+    contents = {one.name: (tmp_path / "study" / one.name).read_bytes() for one in found.excluded}
+    assert all(found.hashes[name] == xxh3_128(content).hexdigest() for name, content in contents.items())
     for path in damaged:
         path.unlink()
     assert same(found, reduced(load_study(tmp_path / "study", Selection())), parts=("statistics",))

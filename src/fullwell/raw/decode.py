@@ -5,7 +5,8 @@ Uncompressed little-endian 16-bit strips that follow each other, without margins
 
 import sys
 from dataclasses import dataclass
-from typing import Final
+from itertools import pairwise
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,11 +84,22 @@ def coded_at(layout: Layout, area: Area) -> slice | None:
     return slice(layout.offsets[0], layout.offsets[0] + layout.counts[0])
 
 
-def rows_at_once(layout: Layout) -> int | None:
-    """Return how many rows can be decoded without those above and below; None where all must be."""
+class SegmentRows(NamedTuple):
+    """Segments of so many ``rows`` each, side by side, and ``at`` which bytes of the file each row of them lies."""
+
+    rows: int
+    at: tuple[slice, ...]
+
+
+def segment_rows(layout: Layout) -> SegmentRows | None:
+    """Return where the rows of segments lie; None where there is one, or they do not follow each other as rows do."""
     if layout.row_interleave > 1 or layout.column_interleave > 1:
         return None
-    return 1 if layout.compression == Compression.NONE else layout.segment_height
+    stops = [offset + count for offset, count in zip(layout.offsets, layout.stored_bytes, strict=True)]
+    rows = [slice(k, k + layout.across) for k in range(0, len(stops), layout.across)]
+    at = tuple(slice(min(layout.offsets[row]), max(stops[row])) for row in rows)
+    ordered = all(one.stop <= other.start for one, other in pairwise(at))
+    return SegmentRows(layout.segment_height, at) if ordered and len(at) > 1 else None
 
 
 def _in_place(layout: Layout, data: memoryview, area: Area) -> NDArray[np.uint16] | None:

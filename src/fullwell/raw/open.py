@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 from fullwell.findings import Finding, Severity
-from fullwell.raw.decode import coded_at, decode_segments, rows_at, rows_at_once
+from fullwell.raw.decode import SegmentRows, coded_at, decode_segments, rows_at, segment_rows
 from fullwell.raw.directory import read_directories
 from fullwell.raw.dng import read_dng_header
 from fullwell.raw.fits import SIGNATURE as FITS_SIGNATURE
@@ -214,23 +214,27 @@ def mosaic_coded_at(header: RawHeader) -> slice | None:
     return None if layout is None else coded_at(layout, header.active_area)
 
 
-def rows_coded_together(header: RawHeader) -> int | None:
-    """Return how many rows `decode_rows` needs at least to be worth it; None where all must be decoded at once."""
+def segment_rows_of(header: RawHeader) -> SegmentRows | None:
+    """Return where in a frame's bytes rows of segments lie that can be decoded one after the other, if it has such."""
     layout = _usable_layout(header)
-    return None if layout is None else rows_at_once(layout)
+    return None if layout is None else segment_rows(layout)
 
 
-def decode_rows(header: RawHeader, data: memoryview, rows: tuple[int, int], *, out: NDArray[np.uint16]) -> None:
-    """Decode some rows of the visible mosaic of a file with ``rows_coded_together``.
+def decode_rows(
+    header: RawHeader, data: memoryview, rows: tuple[int, int], *, first_byte: int, out: NDArray[np.uint16]
+) -> None:
+    """Decode some rows of the visible mosaic of a file that has `segment_rows_of`.
 
     Parameters
     ----------
     header
         The file's header.
     data
-        What `read_bytes` returns.
+        Bytes of the frame in which the segments of these rows lie.
     rows
         The first, and one past the last.
+    first_byte
+        Place of ``data`` in the frame.
     out
         Where they go, shape (rows, header.width), C-contiguous [DN].
 
@@ -243,8 +247,9 @@ def decode_rows(header: RawHeader, data: memoryview, rows: tuple[int, int], *, o
     layout = _usable_layout(header)
     if layout is None:
         raise ValueError(f"a {header.format} file is not decoded by rows")
+    moved = replace(layout, offsets=tuple(offset - first_byte for offset in layout.offsets))
     area, (first, last) = header.active_area, rows
-    decode_segments(layout, data, Area(area.top + first, area.left, area.top + last, area.right), out=out)
+    decode_segments(moved, data, Area(area.top + first, area.left, area.top + last, area.right), out=out)
 
 
 def _usable_layout(header: RawHeader) -> Layout | None:

@@ -1,5 +1,8 @@
 """Files that must be decoded pass through a little memory too: read as they are, decoded some rows at a time."""
 
+from contextlib import suppress
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,28 +10,40 @@ from fullwell.errors import RawFileError, UnreadableFileError
 from fullwell.frames.series import Frame
 from fullwell.kernels.stack import Band
 from fullwell.raw.lossless_jpeg import MOST_LINE_ROWS, LosslessLines
-from fullwell.raw.open import decode, decode_rows, mosaic_coded_at, rows_coded_together
+from fullwell.raw.open import decode, decode_rows, mosaic_coded_at, segment_rows_of
 from fullwell.raw.remote import RemotePath
 from fullwell.statistics.moments import Layout
-from fullwell.workflow.stream import LostFrameError, streams
+from fullwell.workflow.stream import HashedFile, LostFrameError, Told, streams
+
+_SPARE: Final = 8
+"""Coded bytes that are a part of this more than others fit into their memory."""
 
 
 def decodes(frame: Frame) -> bool:
-    """Tell whether a file on a disk can be decoded some lines at a time."""
-    remote = isinstance(frame.header.path, RemotePath)
-    return not remote and not streams(frame) and frame_rows(frame) < frame.header.height
+    """Tell whether a file on a disk can be decoded some rows at a time."""
+    header = frame.header
+    if isinstance(header.path, RemotePath) or streams(frame):
+        return False
+    return mosaic_coded_at(header) is not None or segment_rows_of(header) is not None
 
 
 def room_bytes(frame: Frame, layout: Layout) -> int:
     """Return the memory that a file needs which ``decodes``: for a strip, and for rows that are decoded together."""
-    return layout.strip_bytes + 2 * layout.width * frame_rows(frame)
+    segments = segment_rows_of(frame.header)
+    return layout.strip_bytes + 2 * layout.width * (MOST_LINE_ROWS if segments is None else segments.rows)
 
 
-def frame_rows(frame: Frame) -> int:
-    """Return how many rows of a frame are decoded together."""
-    if mosaic_coded_at(frame.header) is not None:
-        return MOST_LINE_ROWS
-    return rows_coded_together(frame.header) or frame.header.height
+class CodedMemory:
+    """Memory for coded bytes that grows as it must, and is used again."""
+
+    def __init__(self) -> None:
+        self._block = np.empty(0, np.uint8)
+
+    def take(self, size: int) -> memoryview:
+        """Return memory of a size; what was in it before may be gone."""
+        if self._block.size < size:
+            self._block = np.empty(size + size // _SPARE, np.uint8)
+        return self._block.data[:size]
 
 
 class DecodedStream:
@@ -105,65 +120,99 @@ class CodedStream:
 
 
 class SegmentStream:
-    """A file in memory whose segments are decoded once, a row of them after the other.
+    """A file whose segments are read and decoded once, a row of them after the other.
 
     Parameters
     ----------
     frame
-        Which.
-    data
-        Its bytes.
+        Which; one that has `segment_rows_of`.
+    memory
+        For coded bytes.
     room
-        Memory for a strip of it and for a row of segments.
+        Memory of ``room_bytes``.
+    told
+        Told of its hash once it has been read.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened.
 
     """
 
-    def __init__(self, frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> None:
+    def __init__(self, frame: Frame, memory: CodedMemory, room: NDArray[np.uint16], told: Told) -> None:
+        segments = segment_rows_of(frame.header)
+        if segments is None:
+            raise ValueError(f"{frame.name} has no rows of segments")
         self.frame = frame
-        self._data = data
+        self._segments = segments
+        self._memory = memory
         self._room = _lines_of(room, frame.header.width)
-        self._together = frame_rows(frame)
+        self._told = told
+        self._next = frame.header.active_area.top // segments.rows
         self._top = self._bottom = 0
+        self._file = HashedFile(frame.header)
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether the file has all its pixels."""
+        return self._file.holds(self._segments.at[-1].stop)
 
     def read(self, strip: Band) -> int:
-        """Decode what is missing of a strip; return the row that the room begins with.
+        """Read and decode what is missing of a strip; return the row that the room begins with.
 
         Strips follow each other from the top.
 
         Raises
         ------
         LostFrameError
-            The file is damaged.
+            The file cannot be read, or is damaged.
 
         """
         if strip.bottom > self._bottom:
-            header = self.frame.header
-            above, together = header.active_area.top, self._together
-            bottom = min(-(-(above + strip.bottom) // together) * together - above, header.height)
             kept = self._bottom - strip.top
             self._room[:kept] = self._room[strip.top - self._top : self._bottom - self._top]
-            rows = self._room[kept : kept + bottom - self._bottom]
+            self._top = strip.top
             try:
-                decode_rows(header, self._data, (self._bottom, bottom), out=rows)
-            except RawFileError as error:
+                self._decode(strip.bottom, self._room[kept:])
+                if self._bottom == self.frame.header.height:
+                    self._finish()
+            except (RawFileError, OSError) as error:
+                with suppress(RawFileError, OSError):
+                    self._finish()
                 raise LostFrameError(self.frame, error) from error
-            self._top, self._bottom = strip.top, bottom
         return self._top
 
     def close(self) -> None:
-        """Have nothing to let go."""
+        """Let the file go."""
+        self._file.close()
+
+    def _decode(self, bottom: int, room: NDArray[np.uint16]) -> None:
+        """Decode further rows of segments, down to some row of the mosaic at least."""
+        header, (rows, at) = self.frame.header, self._segments
+        above = header.active_area.top
+        until = -(-(above + bottom) // rows)
+        bottom = min(until * rows - above, header.height)
+        coded = slice(at[self._next].start, at[until - 1].stop)
+        data = self._memory.take(coded.stop - coded.start)
+        self._file.pass_over(coded.start)
+        self._file.read(data)
+        out = room[: bottom - self._bottom]
+        decode_rows(header, data, (self._bottom, bottom), first_byte=coded.start, out=out)
+        self._next, self._bottom = until, bottom
+
+    def _finish(self) -> None:
+        self._file.pass_over()
+        self._told(self.frame, self._file.hash)
 
 
-AnyCodedStream = CodedStream | DecodedStream | SegmentStream
-
-
-def coded_stream(frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> AnyCodedStream:
-    """Return a file that is decoded some rows at a time, or has been where its lines are not those of the mosaic.
+def coded_stream(frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> CodedStream | DecodedStream:
+    """Return a file that is decoded some lines at a time, or has been where its lines are not those of the mosaic.
 
     Parameters
     ----------
     frame
-        Which; one that ``decodes``.
+        Which; one that is lossless JPEG as a whole.
     data
         Its bytes, which must stay as they are.
     room
@@ -176,9 +225,7 @@ def coded_stream(frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> An
 
     """
     header, where = frame.header, mosaic_coded_at(frame.header)
-    if where is None:
-        return SegmentStream(frame, data, room)
-    if where.stop > len(data):
+    if where is None or where.stop > len(data):
         raise UnreadableFileError("file-truncated", "the file ends before its pixels do; copy it again")
     lines = LosslessLines(data[where], (header.height, header.width))
     return CodedStream(frame, lines, room) if lines.rows else DecodedStream(frame, decode(header, data), room)

@@ -26,8 +26,8 @@ class KeptSums:
     pixels
         Pixels of a mosaic.
     folder
-        Where files go once all sums that are kept take `MOST_KEPT_BYTES`; it must be there as long as the sums are read,
-        and is the caller's to remove.
+        Where files go once what is kept takes `MOST_KEPT_BYTES`; it must be there as long as the sums are read, and is
+        the caller's to remove.
 
     Raises
     ------

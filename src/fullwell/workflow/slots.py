@@ -1,6 +1,6 @@
 """Raw files are read into memory that is used again and again: as mosaics strip by strip where possible, or whole."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from threading import Event
 from typing import Final
 
@@ -12,18 +12,24 @@ from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
 from fullwell.kernels.stack import Band, Stack
 from fullwell.raw.image import RawHeader
-from fullwell.raw.open import decode
+from fullwell.raw.open import decode, segment_rows_of
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import Layout
-from fullwell.workflow.coded_stream import AnyCodedStream, DecodedStream, coded_stream, decodes, room_bytes
-from fullwell.workflow.stream import Stream, streams
+from fullwell.workflow.coded_stream import (
+    CodedMemory,
+    CodedStream,
+    DecodedStream,
+    SegmentStream,
+    coded_stream,
+    decodes,
+    room_bytes,
+)
+from fullwell.workflow.stream import Stream, Told, streams
 
-Told = Callable[[Frame, str], None]
+AnyStream = Stream | CodedStream | DecodedStream | SegmentStream
 
 MOST_FRAMES: Final = 32
 """Files that are open at once: the more, the more rarely sums go to memory and back."""
-_SPARE: Final = 8
-"""A file that is a part of this larger than another fits into its memory."""
 _LINE: Final = 64
 _PIECE: Final = 1 << 18
 
@@ -69,8 +75,8 @@ class Slots:
         self._used = 0
         self._places: dict[str, int] = {}
         self._starts: list[int] = []
-        self._streams: list[tuple[int, Stream | AnyCodedStream, Told | None]] = []
-        self._coded: list[NDArray[np.uint8]] = []
+        self._streams: list[tuple[int, AnyStream]] = []
+        self._coded: list[CodedMemory] = []
 
     def fits(self, files: int) -> bool:
         """Return whether there is room for so many more."""
@@ -122,22 +128,30 @@ class Slots:
     def _open(self, frame: Frame, told: Told) -> bool:
         """Open a file to be read strip by strip; a file that has lost some of its pixels is better read as a whole."""
         size = _in_lines(self._layout.strip_bytes)
-        stream = Stream(frame, self._block[self._used : self._used + size])
+        stream = Stream(frame, self._block[self._used : self._used + size], told)
         if not stream.complete:
             stream.close()
             return False
-        self._pass(frame, stream, size=size, told=told)
+        self._pass(stream, size=size)
         return True
 
     def _decode(self, frame: Frame, told: Told) -> None:
-        """Read a file that is decoded some rows at a time."""
-        coded = sum(not isinstance(stream, Stream) for _place, stream, _told in self._streams)
-        if coded == len(self._coded) or self._coded[coded].size < frame.size:
-            self._coded[coded:] = [np.empty(frame.size + frame.size // _SPARE, np.uint8)]
-        data, digest = _read_into(frame.header, self._coded[coded].data)
-        told(frame, digest)
+        """Read a file that is decoded some rows at a time, or open it to be read when it is added."""
+        while len(self._coded) <= len(self._starts):
+            self._coded.append(CodedMemory())
+        memory = self._coded[len(self._starts)]
         size = _in_lines(room_bytes(frame, self._layout))
-        self._pass(frame, coded_stream(frame, data, self._room(size)), size=size)
+        if segment_rows_of(frame.header) is None:
+            data, digest = _read_into(frame.header, memory.take(frame.size))
+            told(frame, digest)
+            self._pass(coded_stream(frame, data, self._room(size)), size=size)
+            return
+        stream = SegmentStream(frame, memory, self._room(size), told)
+        if stream.complete:
+            self._pass(stream, size=size)
+        else:
+            stream.close()
+            self._decode_apart(frame, told)
 
     def _decode_apart(self, frame: Frame, told: Told) -> None:
         """Read and decode a file in memory of its own, where there is none for its mosaic here."""
@@ -145,14 +159,14 @@ class Slots:
         told(frame, digest)
         size = _in_lines(self._layout.strip_bytes)
         mosaic = self._checked(decode(frame.header, data))
-        self._pass(frame, DecodedStream(frame, mosaic, self._room(size)), size=size)
+        self._pass(DecodedStream(frame, mosaic, self._room(size)), size=size)
 
     def _room(self, size: int) -> NDArray[np.uint16]:
         return self._codes[self._used // 2 : (self._used + size) // 2]
 
-    def _pass(self, frame: Frame, stream: Stream | AnyCodedStream, *, size: int, told: Told | None = None) -> None:
-        self._streams.append((len(self._starts), stream, told))
-        self._take(frame, start=self._used // 2, size=size)
+    def _pass(self, stream: AnyStream, *, size: int) -> None:
+        self._streams.append((len(self._starts), stream))
+        self._take(stream.frame, start=self._used // 2, size=size)
 
     def _checked(self, mosaic: NDArray[np.uint16]) -> NDArray[np.uint16]:
         if mosaic.shape != self._shape:
@@ -189,7 +203,7 @@ class Slots:
 
     def clear(self) -> None:
         """Make room for other files."""
-        for _place, stream, _told in self._streams:
+        for _place, stream in self._streams:
             stream.close()
         self._streams.clear()
         self._used = 0
@@ -215,7 +229,7 @@ class _Passing(Batch):
     names, stack, pairs
         As in `Batch`; a frame that is read while it is added begins where its strips come to lie.
     streams
-        Such frames: place in the stack, file, and who is told of its hash if it is not known yet.
+        Such frames: place in the stack, and file.
     stop
         Set where reading shall end.
 
@@ -227,23 +241,20 @@ class _Passing(Batch):
         stack: Stack,
         *,
         pairs: Sequence[tuple[int, int]],
-        streams: Sequence[tuple[int, Stream | AnyCodedStream, Told | None]],
+        streams: Sequence[tuple[int, AnyStream]],
         stop: Event | None,
     ) -> None:
         super().__init__(names, stack, pairs=pairs)
         self._streams = streams
         self._stop = stop
-        self._height = max((stream.frame.header.height for _place, stream, _told in streams), default=0)
 
     def rows(self, strip: Band) -> Stack:
         """Read a strip, from the top to the bottom, and return where it lies."""
         starts = self.stack.starts.copy()
         if self._stop is not None and self._stop.is_set():
             raise StoppedError
-        for place, stream, told in self._streams:
+        for place, stream in self._streams:
             starts[place] -= stream.read(strip) * self.stack.width
-            if isinstance(stream, Stream) and told is not None and strip.bottom == self._height:
-                told(stream.frame, stream.hash)
         return Stack(self.stack.codes, starts, self.stack.width)
 
 

@@ -1,6 +1,7 @@
 """Uncompressed files pass through a little memory, strip by strip, and are hashed on their way."""
 
 import os
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -10,8 +11,11 @@ from xxhash import xxh3_128
 from fullwell.errors import RawFileError, UnreadableFileError
 from fullwell.frames.series import Frame
 from fullwell.kernels.stack import Band
+from fullwell.raw.image import RawHeader
 from fullwell.raw.open import mosaic_at
 from fullwell.raw.remote import RemotePath
+
+Told = Callable[[Frame, str], None]
 
 _PIECE: Final = 1 << 16
 _AHEAD: Final = 1 << 21
@@ -41,15 +45,13 @@ def streams(frame: Frame) -> bool:
     return mosaic_at(frame.header) is not None and not isinstance(frame.header.path, RemotePath)
 
 
-class Stream:
-    """A file that is read once, from the first byte of a frame to the last.
+class HashedFile:
+    """A file that is read once, from the first byte of a frame to the last, and hashed on its way.
 
     Parameters
     ----------
-    frame
-        Which; one that ``streams``.
-    room
-        Memory for a strip of it.
+    header
+        Of the frame.
 
     Raises
     ------
@@ -58,28 +60,96 @@ class Stream:
 
     """
 
-    def __init__(self, frame: Frame, room: NDArray[np.uint8]) -> None:
-        header = frame.header
-        self.frame = frame
-        self._room = room.data
+    def __init__(self, header: RawHeader) -> None:
         self._file = header.path.open("rb", buffering=0)
         self._size = os.fstat(self._file.fileno()).st_size
-        self._at, self._stop = header.extent or (0, self._size)
-        self._top = self._at + (mosaic_at(header) or 0)
-        self._asked = self._at
-        self._row_bytes, self._height = 2 * header.width, header.height
+        self._start, self._stop = header.extent or (0, self._size)
+        self._at = self._asked = self._start
         self._digest = xxh3_128()
-        self._file.seek(self._at)
-
-    @property
-    def complete(self) -> bool:
-        """Tell whether the file has all its pixels."""
-        return self._top + self._height * self._row_bytes <= self._stop <= self._size
+        self._file.seek(self._start)
 
     @property
     def hash(self) -> str:
         """Return the hash of what was read."""
         return self._digest.hexdigest()
+
+    def holds(self, until: int) -> bool:
+        """Tell whether the frame goes on up to some byte of it."""
+        return self._start + until <= self._stop <= self._size
+
+    def read(self, piece: memoryview) -> None:
+        """Read the next bytes.
+
+        Raises
+        ------
+        OSError, UnreadableFileError
+            The file cannot be read, or has become shorter.
+
+        """
+        size = len(piece)
+        self._at += size
+        if self._at > self._asked - _AHEAD:
+            self._ask()
+        filled = self._file.readinto(piece)
+        while filled < size:
+            count = self._file.readinto(piece[filled:])
+            if not count:
+                raise _ended()
+            filled += count
+        self._digest.update(piece)
+
+    def pass_over(self, until: int | None = None) -> None:
+        """Hash what comes before some byte of the frame, or all of it; errors as `read`."""
+        stop = self._stop if until is None else self._start + until
+        while self._at < stop:
+            piece = self._file.read(min(_PIECE, stop - self._at))
+            if not piece:
+                raise _ended()
+            self._digest.update(piece)
+            self._at += len(piece)
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._file.close()
+
+    def _ask(self) -> None:
+        """Let the system read on, where it takes such advice, before what it was asked for is used up."""
+        if hasattr(os, "posix_fadvise"):
+            os.posix_fadvise(self._file.fileno(), self._asked, 2 * _AHEAD, os.POSIX_FADV_WILLNEED)
+        self._asked += 2 * _AHEAD
+
+
+class Stream:
+    """A file that holds its mosaic as it is.
+
+    Parameters
+    ----------
+    frame
+        Which; one that ``streams``.
+    room
+        Memory for a strip of it.
+    told
+        Told of its hash once it has been read.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened.
+
+    """
+
+    def __init__(self, frame: Frame, room: NDArray[np.uint8], told: Told) -> None:
+        self.frame = frame
+        self._room = room.data
+        self._told = told
+        self._top = mosaic_at(frame.header) or 0
+        self._row_bytes, self._height = 2 * frame.header.width, frame.header.height
+        self._file = HashedFile(frame.header)
+
+    @property
+    def complete(self) -> bool:
+        """Tell whether the file has all its pixels."""
+        return self._file.holds(self._top + self._height * self._row_bytes)
 
     def read(self, strip: Band) -> int:
         """Read a strip into the room, and return the row that the room begins with; strips follow from the top.
@@ -92,18 +162,11 @@ class Stream:
         """
         try:
             if strip.top == 0:
-                self._pass_over(self._top)
-            size = (strip.bottom - strip.top) * self._row_bytes
-            self._at += size
-            if self._at > self._asked - _AHEAD:
-                self._ask()
-            piece = self._room[:size]
-            count = self._file.readinto(piece)
-            if count < size:
-                self._fill(piece, count)
-            self._digest.update(piece)
+                self._file.pass_over(self._top)
+            self._file.read(self._room[: (strip.bottom - strip.top) * self._row_bytes])
             if strip.bottom == self._height:
-                self._pass_over(self._stop)
+                self._file.pass_over()
+                self._told(self.frame, self._file.hash)
         except (RawFileError, OSError) as error:
             raise LostFrameError(self.frame, error) from error
         return strip.top
@@ -111,28 +174,6 @@ class Stream:
     def close(self) -> None:
         """Let the file go."""
         self._file.close()
-
-    def _fill(self, piece: memoryview, filled: int) -> None:
-        """Read on where the system gave less than it was asked for."""
-        while filled < len(piece):
-            count = self._file.readinto(piece[filled:])
-            if not count:
-                raise _ended()
-            filled += count
-
-    def _pass_over(self, until: int) -> None:
-        while self._at < until:
-            piece = self._file.read(min(_PIECE, until - self._at))
-            if not piece:
-                raise _ended()
-            self._digest.update(piece)
-            self._at += len(piece)
-
-    def _ask(self) -> None:
-        """Let the system read on, where it takes such advice, before what it was asked for is used up."""
-        if hasattr(os, "posix_fadvise"):
-            os.posix_fadvise(self._file.fileno(), self._asked, 2 * _AHEAD, os.POSIX_FADV_WILLNEED)
-        self._asked += 2 * _AHEAD
 
 
 def _ended() -> UnreadableFileError:

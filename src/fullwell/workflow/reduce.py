@@ -85,7 +85,7 @@ def reduce_study(
     keep
         Kinds of series whose sums are kept pixel by pixel.
     scratch
-        Folder for these sums where all together take more than 250 MB; the caller's, who removes it when they are no
+        Folder for these sums where all together take more than 200 MB; the caller's, who removes it when they are no
         longer used.
     pairs
         Whether the first two frames of each series are also looked at as a pair.
@@ -99,7 +99,7 @@ def reduce_study(
     UsageError
         The frames are too small or too large, or the tile is.
     ValueError
-        The sums take more than 250 MB and there is no folder for them.
+        The sums take more than 200 MB and there is no folder for them.
 
     """
     series = [one for one in study.series if one.frames]

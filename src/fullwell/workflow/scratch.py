@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fullwell.statistics.pixels import PixelSums
 
-MOST_KEPT_BYTES: Final = 250_000_000
+MOST_KEPT_BYTES: Final = 200_000_000
 
 
 class KeptSums:

@@ -5,7 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
+from fullwell.fit.nonuniformity import Nonuniformity
 from fullwell.frames.series import Study
+from fullwell.units import Measured
 from fullwell.workflow.executor import one_algebra_thread
 from fullwell.workflow.measure.bursts import IsoBursts, without_pixels
 from fullwell.workflow.measure.dark_current import measure_dark_current
@@ -17,11 +19,11 @@ from fullwell.workflow.measure.histograms import histogram_curves
 from fullwell.workflow.measure.levels import ChannelLevels, measure_levels
 from fullwell.workflow.measure.noise_coefficients import measure_noise_coefficients
 from fullwell.workflow.measure.noise_regions import measure_noise_regions
-from fullwell.workflow.measure.nonuniformity import ChannelPattern, measure_nonuniformity
+from fullwell.workflow.measure.nonuniformity import ChannelPattern, look_at_maps, measure_nonuniformity
 from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_volts
-from fullwell.workflow.measure.pattern_maps import IsoMaps, make_maps
-from fullwell.workflow.measure.pattern_tiles import measure_pattern_tiles
-from fullwell.workflow.measure.photon_transfer import measure_photon_transfer
+from fullwell.workflow.measure.pattern_maps import MADE_TOGETHER, IsoMaps, make_maps
+from fullwell.workflow.measure.pattern_tiles import look_at_tiles, measure_pattern_tiles
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer, measure_photon_transfer
 from fullwell.workflow.measure.processing import Processing, code_steps, code_uses, measure_processing
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.second_reading import read_again
@@ -59,7 +61,7 @@ class IsoMeasurement:
 
 
 MapsMade = Callable[[IsoBursts, IsoMaps], None]
-"""Told of the bursts of an ISO and the maps of its pixels, which are let go when it returns."""
+"""Told of the bursts of an ISO and some maps of its pixels, which are let go when it returns; once for each few."""
 
 
 def without_sums(measured: IsoMeasurement) -> IsoMeasurement:
@@ -87,7 +89,7 @@ def measure_iso(
     profiles
         Profiles of EMVA 1288 to evaluate by beside all that.
     maps_made
-        Told of the maps of every pixel.
+        Told of the maps of every pixel, some at a time.
 
     """
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
@@ -113,9 +115,7 @@ def _measured(
     noise_section = measure_read_noise(bursts)
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
-    pattern_sections, patterns = _fixed_pattern(
-        study, bursts, make_maps(bursts, levels, transfers, workers=workers), maps_made
-    )
+    pattern_sections, patterns = _fixed_pattern(study, bursts, levels, transfers, workers=workers, maps_made=maps_made)
     model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns)
     shading_section, shadings = measure_shading(bursts, levels, patterns, camera=study.camera, workers=workers)
     system_gain = {
@@ -152,11 +152,26 @@ def _measured(
 
 
 def _fixed_pattern(
-    study: Study, bursts: IsoBursts, maps: IsoMaps, maps_made: MapsMade | None
+    study: Study,
+    bursts: IsoBursts,
+    levels: Sequence[ChannelLevels],
+    transfers: Sequence[ChannelTransfer],
+    *,
+    workers: int,
+    maps_made: MapsMade | None,
 ) -> tuple[tuple[Section, ...], tuple[ChannelPattern, ...]]:
-    """Measure all that maps of every pixel are made for, so that they can be let go."""
-    whole, patterns = measure_nonuniformity(bursts, maps)
-    tiles = measure_pattern_tiles(bursts, maps, width=study.width, height=study.height)
-    if maps_made is not None:
-        maps_made(bursts, maps)
-    return (whole, tiles), patterns
+    """Measure all that maps of every pixel are made for, a few maps at a time."""
+    size = {"width": study.width, "height": study.height}
+    whole: dict[tuple[str, str], Nonuniformity | None] = {}
+    tiles: dict[tuple[str, str], tuple[Measured, ...] | None] = {}
+    told = IsoMaps(channels=(), mosaics={})
+    for names in MADE_TOGETHER:
+        maps = make_maps(bursts, levels, transfers, names=names, workers=workers)
+        whole |= look_at_maps(maps)
+        tiles |= look_at_tiles(maps, cell=bursts.cell, **size)
+        if maps_made is not None:
+            maps_made(bursts, maps)
+        told = maps.without_pixels()
+        del maps
+    section, patterns = measure_nonuniformity(bursts, told, whole)
+    return (section, measure_pattern_tiles(bursts, told, tiles, **size)), patterns

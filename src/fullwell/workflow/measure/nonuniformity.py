@@ -1,6 +1,6 @@
 """DSNU and PRNU: the spatial variance of pixel maps, less the temporal noise left in them (METHOD 5)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from fullwell.figures.results import Row
@@ -72,15 +72,40 @@ class ChannelPattern:
     dsnu: Nonuniformity | None
 
 
-def measure_nonuniformity(bursts: IsoBursts, maps: IsoMaps) -> tuple[Section, tuple[ChannelPattern, ...]]:
-    """Measure DSNU and PRNU of every channel at one ISO, whole and in rows, columns and pixels."""
+FoundInMaps = Mapping[tuple[str, str], Nonuniformity | None]
+"""The fixed pattern of each map that was looked at, by channel and name of the map."""
+
+
+def look_at_maps(maps: IsoMaps) -> FoundInMaps:
+    """Return the fixed pattern of the maps that are there."""
+    return {
+        (one.channel, figure.map_name): _of_map(one, figure)
+        for figure in (*PRNU_FIGURES, DSNU_FIGURE)
+        for one in maps.channels
+        if figure.map_name in one.maps
+    }
+
+
+def measure_nonuniformity(
+    bursts: IsoBursts, maps: IsoMaps, seen: FoundInMaps
+) -> tuple[Section, tuple[ChannelPattern, ...]]:
+    """Measure DSNU and PRNU of every channel at one ISO, whole and in rows, columns and pixels.
+
+    Parameters
+    ----------
+    bursts, maps
+        Of one ISO; the maps themselves may be gone.
+    seen
+        What `look_at_maps` found in all of them.
+
+    """
     rows: list[Row] = []
     patterns: list[ChannelPattern] = []
     for one in maps.channels:
-        found = ((figure, _of_map(one, figure)) for figure in PRNU_FIGURES)
+        found = ((figure, seen.get((one.channel, figure.map_name))) for figure in PRNU_FIGURES)
         prnu = [(figure, measured) for figure, measured in found if measured is not None]
         dsnu = _dark_stack(bursts, one.channel)
-        intercept = _of_map(one, DSNU_FIGURE)
+        intercept = seen.get((one.channel, DSNU_FIGURE.map_name))
         for index, (figure, measured) in enumerate(prnu):
             rows += _map_rows(bursts, one, figure, measured, recommended=index == 0)
         rows += _dark_rows(bursts, one.channel, dsnu)
@@ -93,9 +118,7 @@ def measure_nonuniformity(bursts: IsoBursts, maps: IsoMaps) -> tuple[Section, tu
 
 
 def _of_map(maps: ChannelMaps, figure: MapFigure) -> Nonuniformity | None:
-    """Return the fixed pattern of a map, None where there is no map or no tile of it is large and light enough."""
-    if figure.map_name not in maps.maps:
-        return None
+    """Return the fixed pattern of a map, None where no tile of it is large and light enough."""
     found = pattern(maps.maps[figure.map_name], tile=maps.tile, relative=figure.relative, use=maps.tiles)
     try:
         return nonuniformity(
@@ -251,7 +274,7 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
     if not any(burst.frames > 1 for burst in bursts.flats):
         return ()
     findings: list[Finding] = []
-    if any(one.maps for one in maps.channels) and not any(row.quantity == "prnu" for row in rows):
+    if any(one.combinations for one in maps.channels) and not any(row.quantity == "prnu" for row in rows):
         message = (
             f"PRNU at {bursts.label} is not measured: no tile is at least {SMALLEST_SIDE} pixels of a plane wide and "
             "above black everywhere; take larger tiles (--tile) or brighter flats"
@@ -268,13 +291,13 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
         )
         findings.append(Finding(code="flats-saturated", severity=Severity.WARNING, message=message))
     known = [one for one in maps.channels if one.flats]
-    if known and not any(STACK in one.maps for one in known):
+    if known and not any(STACK in one.combinations for one in known):
         message = (
             f"no dark frames of about the exposure of the flats, or shorter, at {bursts.label}: PRNU comes from the "
             "slope over exposures; take a burst of dark or bias frames to set against the flats"
         )
         findings.append(Finding(code="no-dark-stack", severity=Severity.WARNING, message=message))
-    one_flat = known and not any(SLOPE in one.maps for one in known)
+    one_flat = known and not any(SLOPE in one.combinations for one in known)
     if one_flat and all(burst.sums is not None for burst in bursts.flats):
         message = (
             f"unsaturated flats of one exposure only at {bursts.label}: slopes and intercepts over exposure are not "

@@ -6,7 +6,7 @@ each pixel's response against exposure. `floor_of` says how much temporal noise 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -26,7 +26,8 @@ from fullwell.workflow.measure.transfer_points import admitted_tiles
 STACK: Final = "stack"
 SLOPE: Final = "slope"
 INTERCEPT: Final = "intercept"
-_MAPS: Final = (STACK, SLOPE, INTERCEPT)
+MADE_TOGETHER: Final = ((STACK,), (SLOPE, INTERCEPT))
+"""Maps that are in memory at once."""
 _NEAREST: Final = 2
 """Exposures of unlit series kept on either side of the flats'."""
 MOST_BEYOND: Final = 2.0
@@ -56,7 +57,7 @@ class Combination:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelMaps:
-    """The maps of one channel, by name; a map that the bursts do not allow is missing.
+    """The maps of one channel, by name.
 
     Parameters
     ----------
@@ -65,9 +66,9 @@ class ChannelMaps:
     tiles
         Tiles that clip in none of them, shape (tile rows, tile columns).
     combinations
-        What each map is made of.
+        What each map is made of; one that the bursts do not allow is missing.
     maps
-        Shape of the plane; the stack in DN, the slope in DN/s, the intercept in DN.
+        Those that were asked for, shape of the plane; the stack in DN, the slope in DN/s, the intercept in DN.
 
     """
 
@@ -89,6 +90,10 @@ class IsoMaps:
 
     channels: tuple[ChannelMaps, ...]
     mosaics: Mapping[str, NDArray[np.float32]]
+
+    def without_pixels(self) -> "IsoMaps":
+        """Return what the maps were made of, without them."""
+        return IsoMaps(channels=tuple(replace(one, maps={}) for one in self.channels), mosaics={})
 
 
 def linear_flats(bursts: IsoBursts, level: ChannelLevels, transfer: ChannelTransfer) -> tuple[Burst, ...]:
@@ -177,13 +182,19 @@ def may_be_mapped(series: Sequence[Series]) -> frozenset[SeriesKey]:
 
 
 def make_maps(
-    bursts: IsoBursts, levels: Sequence[ChannelLevels], transfers: Sequence[ChannelTransfer], *, workers: int
+    bursts: IsoBursts,
+    levels: Sequence[ChannelLevels],
+    transfers: Sequence[ChannelTransfer],
+    *,
+    names: Sequence[str],
+    workers: int,
 ) -> IsoMaps:
-    """Make the three maps of every channel at one ISO in one sweep over the sums."""
+    """Make some maps of every channel at one ISO in one sweep over the sums."""
     flats = [linear_flats(bursts, level, transfer) for level, transfer in zip(levels, transfers, strict=True)]
     found = [_combinations(bursts, level, own) for level, own in zip(levels, flats, strict=True)]
-    used = [burst for burst in (*bursts.flats, *bursts.unlit) if any(_takes(one, burst) for one in found)]
-    names = [name for name in _MAPS if any(name in one for one in found)]
+    names = [name for name in names if any(name in one for one in found)]
+    made = [one[name] for one in found for name in names if name in one]
+    used = [burst for burst in (*bursts.flats, *bursts.unlit) if any(_takes(one, burst) for one in made)]
     sums = [burst.sums for burst in used if burst.sums is not None]
     mosaics: Mapping[str, NDArray[np.float32]] = {}
     if names:
@@ -197,7 +208,7 @@ def make_maps(
             flats=own,
             tiles=_tiles(own, level),
             combinations=combinations,
-            maps={name: _plane(mosaics[name], site, bursts.cell) for name in combinations},
+            maps={name: _plane(mosaics[name], site, bursts.cell) for name in combinations if name in mosaics},
         )
         for site, (level, own, combinations) in enumerate(zip(levels, flats, found, strict=True))
     )
@@ -248,8 +259,8 @@ def _combinations(bursts: IsoBursts, level: ChannelLevels, flats: Sequence[Burst
     return found
 
 
-def _takes(combinations: Mapping[str, Combination], burst: Burst) -> bool:
-    return any(burst is other for one in combinations.values() for other in one.bursts)
+def _takes(combination: Combination, burst: Burst) -> bool:
+    return any(burst is other for other in combination.bursts)
 
 
 def _coefficient(combination: Combination | None, burst: Burst) -> float:

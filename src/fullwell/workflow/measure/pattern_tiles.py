@@ -1,6 +1,6 @@
 """DSNU and PRNU in sixteen tiles of the central crop, pooled as variances (METHOD 5.5)."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,30 +22,55 @@ from fullwell.workflow.measure.section import RowWriter, Section
 SMALLEST_EDGE = 8
 
 
-def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, *, width: int, height: int) -> Section:
+FoundInTiles = Mapping[tuple[str, str], tuple[Measured, ...] | None]
+"""The variances of the sixteen tiles of each map that was looked at, by channel and name of the map."""
+
+
+def look_at_tiles(maps: IsoMaps, *, cell: int, width: int, height: int) -> FoundInTiles:
+    """Return the variances of the tiles of the maps that are there; nothing where tiles are too small.
+
+    Parameters
+    ----------
+    maps
+        Of one ISO.
+    cell
+        Period of the mosaic [pixel].
+    width, height
+        Of the visible mosaic [pixel].
+
+    """
+    regions = central_tiles(width=width, height=height)
+    if regions[0].width // cell < SMALLEST_EDGE:
+        return {}
+    return {
+        (one.channel, figure.map_name): _variances(one, figure, regions, cell)
+        for one in maps.channels
+        for figure in _figures(one)
+        if figure.map_name in one.maps
+    }
+
+
+def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, seen: FoundInTiles, *, width: int, height: int) -> Section:
     """Measure DSNU and PRNU of every channel in each of the sixteen tiles, and pool them.
 
     Parameters
     ----------
     bursts, maps
-        Of one ISO.
+        Of one ISO; the maps themselves may be gone.
+    seen
+        What `look_at_tiles` found in all of them.
     width, height
         Of the visible mosaic [pixel].
 
     """
-    cell = bursts.cell
     regions = central_tiles(width=width, height=height)
-    if regions[0].width // cell < SMALLEST_EDGE:
-        return Section()
     crop = central_crop(width=width, height=height)
     rows: list[Row] = []
     curves: list[Curve] = []
     uneven: list[str] = []
     for one in maps.channels:
-        for figure in (_best_prnu(one), DSNU_FIGURE):
-            if figure is None or figure.map_name not in one.maps:
-                continue
-            variances = _variances(one, figure, regions, cell)
+        for figure in _figures(one):
+            variances = seen.get((one.channel, figure.map_name))
             if variances is None:
                 continue
             same = constancy(variances)
@@ -57,8 +82,10 @@ def measure_pattern_tiles(bursts: IsoBursts, maps: IsoMaps, *, width: int, heigh
     return Section(rows=tuple(rows), curves=tuple(curves), findings=_findings(bursts, uneven))
 
 
-def _best_prnu(maps: ChannelMaps) -> MapFigure | None:
-    return next((figure for figure in PRNU_FIGURES if figure.map_name in maps.maps), None)
+def _figures(maps: ChannelMaps) -> tuple[MapFigure, ...]:
+    """Return the better figure of PRNU and that of DSNU, as far as their maps can be made."""
+    known = [figure for figure in (*PRNU_FIGURES, DSNU_FIGURE) if figure.map_name in maps.combinations]
+    return (*[figure for figure in known if figure.relative][:1], *[one for one in known if not one.relative])
 
 
 def _variances(

@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 SMALL: Final = 0.1
 """Noise in codes below which the closed form holds to 1e-11 and above which ten terms of the series do."""
 
+_LARGE: Final = 1.0
+"""Noise in codes above which the series is lost in the last digit."""
+
 _TERMS: Final = np.arange(1, 11, dtype=np.float64)
 
 
@@ -48,6 +51,8 @@ def rounded_variance(noise: float, *, step: float = 1.0) -> float:
     relative = noise / step
     if relative < SMALL:
         return step * noise / math.sqrt(math.pi)
+    if relative > _LARGE:
+        return noise**2 + step**2 * (1.0 / 12.0)
     damped = np.exp(-4.0 * np.pi**2 * _TERMS**2 * relative**2) / (2.0 * np.pi**2 * _TERMS**2)
     return noise**2 + step**2 * (1.0 / 12.0 - float(damped.sum()))
 
@@ -57,6 +62,8 @@ def rounded_variance_slope(noise: float, *, step: float = 1.0) -> float:
     relative = noise / step
     if relative < SMALL:
         return 1.0 / (2.0 * math.sqrt(math.pi) * relative)
+    if relative > _LARGE:
+        return 1.0
     return 1.0 + 2.0 * float(np.exp(-4.0 * np.pi**2 * _TERMS**2 * relative**2).sum())
 
 

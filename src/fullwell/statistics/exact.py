@@ -1,7 +1,12 @@
 """Sums of squares of unsigned integers that overflow nothing."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+Whole = NDArray[Any]
+"""Whole numbers: of 64 bits, or Python's own."""
 
 _LIMB_BITS = 24
 _LIMB = np.uint64((1 << _LIMB_BITS) - 1)
@@ -11,7 +16,8 @@ _CHUNK = 1 << 16
 def sum_of_squares(values: NDArray[np.uint64]) -> int:
     """Return the exact sum of the squares of an array.
 
-    Each value is three limbs of 24 bits; a product of two has 48 bits, so 65536 of them fit a 64-bit word.
+    Where a 64-bit word does not hold it, each value is three limbs of 24 bits; a product of two has 48 bits, so 65536
+    of them fit a word.
 
     Parameters
     ----------
@@ -25,6 +31,8 @@ def sum_of_squares(values: NDArray[np.uint64]) -> int:
 
     """
     flat = values.reshape(-1)
+    if int(flat.max(initial=0)) ** 2 * flat.size < 1 << 64:
+        return int((flat * flat).sum(dtype=np.uint64))
     total = 0
     for start in range(0, flat.size, _CHUNK):
         part = flat[start : start + _CHUNK]
@@ -47,3 +55,15 @@ def total_of(values: NDArray[np.uint64]) -> int:
     low = (values & np.uint64(0xFFFFFFFF)).sum(dtype=np.uint64)
     high = (values >> np.uint64(32)).sum(dtype=np.uint64)
     return (int(high) << 32) + int(low)
+
+
+def exact_integers(values: NDArray[np.uint64]) -> Whole:
+    """Return whole numbers of which a sum does not overflow: as Python's own where 64 bits may not do.
+
+    Examples
+    --------
+    >>> int(exact_integers(np.array([2**63, 2**63], dtype=np.uint64)).sum()) == 2**64
+    True
+
+    """
+    return values.astype(np.int64 if values.sum(dtype=np.float64) < 1 << 62 else np.object_)

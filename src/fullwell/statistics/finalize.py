@@ -12,7 +12,7 @@ from fullwell.kernels.moments_summary import SpreadCounts
 from fullwell.raw.cfa import channels
 from fullwell.statistics.anova import MarginalSquares
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
-from fullwell.statistics.exact import sum_of_squares
+from fullwell.statistics.exact import Whole, sum_of_squares
 from fullwell.statistics.median import BINS, SpreadHistogram, shift_for
 from fullwell.statistics.moments import Moments
 from fullwell.statistics.pairs import PairStatistics
@@ -20,6 +20,8 @@ from fullwell.statistics.series import Histogram, PlaneStatistics, SeriesStatist
 from fullwell.statistics.tiles import SURFACE_TERMS, Swept, TileSums, sweep
 
 _NAN = float("nan")
+_EXACT = 1 << 53
+"""Whole numbers below it are exact in double precision."""
 
 
 def finalize(
@@ -146,12 +148,14 @@ def _marginal_squares(moments: Moments, site: int, sums: TileSums) -> MarginalSq
 def _tiles(moments: Moments, site: int, sums: TileSums) -> TileStatistics:
     frames, n = len(moments.names), sums.n
     grid = (slice(n.shape[0]), slice(n.shape[1]))
-    total = moments.tile_sums[site][grid].astype(np.object_)
-    low, high = (half[site][grid].astype(np.object_) for half in moments.tile_squares)
-    exact_n = n.astype(np.object_)
+    sum_of_all = moments.tile_sums[site][grid]
+    most = frames * int(sum_of_all.max()) ** 2 + int(n.max()) * int(sums.spread.max()) + int(n.max()) ** 2 * frames**2
+    kind: type = np.int64 if most < _EXACT else np.object_
+    total, spread, exact_n = sum_of_all.astype(kind), sums.spread.astype(kind), n.astype(kind)
+    low, high = (half[site][grid].astype(kind) for half in moments.tile_squares)
     between_frames = frames * (low + high * (1 << 32)) - total * total
     temporal_dof = (n - 1) * (frames - 1)
-    temporal = _ratios(exact_n * sums.spread - between_frames, exact_n * frames * temporal_dof.astype(np.object_))
+    temporal = _ratios(exact_n * spread - between_frames, exact_n * frames * temporal_dof.astype(kind))
     spatial_dof = np.where(np.isnan(sums.residual), 0, np.maximum(n - SURFACE_TERMS, 0))
     spatial = np.divide(sums.residual / frames**2, spatial_dof, out=np.full(n.shape, np.nan), where=spatial_dof > 0)
     return TileStatistics(
@@ -169,8 +173,8 @@ def _tiles(moments: Moments, site: int, sums: TileSums) -> TileStatistics:
     )
 
 
-def _ratios(numerator: NDArray[np.object_], denominator: NDArray[np.object_]) -> NDArray[np.float64]:
-    """Return quotients of exact integers, each rounded once; NaN where the denominator is 0."""
+def _ratios(numerator: Whole, denominator: Whole) -> NDArray[np.float64]:
+    """Return quotients of whole numbers, Python's own or below 2^53, each rounded once; NaN where the divisor is 0."""
     nothing = denominator == 0
     quotient = numerator / np.where(nothing, 1, denominator)
     return np.where(nothing, np.nan, quotient.astype(np.float64))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fullwell.kernels.moments_summary import ColumnSums, SpreadCounts, Surface, summarize_band
 from fullwell.kernels.stack import Band
+from fullwell.statistics.exact import Whole, exact_integers
 from fullwell.statistics.moments import Layout, Moments
 
 SURFACE_TERMS: Final = 6
@@ -21,7 +22,7 @@ SURFACE_TERMS: Final = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TileSums:
-    """Sums of one plane, each of shape (tile rows, tile columns); the first three hold exact Python integers.
+    """Sums of one plane, each of shape (tile rows, tile columns); the first three are exact, and so are their sums.
 
     Parameters
     ----------
@@ -39,8 +40,8 @@ class TileSums:
     """
 
     n: NDArray[np.int64]
-    squares: NDArray[np.object_]
-    spread: NDArray[np.object_]
+    squares: Whole
+    spread: Whole
     quartic: NDArray[np.float64]
     residual: NDArray[np.float64]
 
@@ -148,9 +149,12 @@ def gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
     def across_tiles(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.add.reduceat(values, starts, axis=-1)
 
-    def exact(values: NDArray[np.uint64]) -> NDArray[np.object_]:
-        return np.add.reduceat(values[own], starts, axis=-1).astype(np.object_)
+    def exact(values: NDArray[np.uint64]) -> Whole:
+        return exact_integers(np.add.reduceat(values[own], starts, axis=-1))
 
+    spread, high = exact(sums.low), exact(sums.high)
+    if high.any():
+        spread = spread.astype(np.object_) + high.astype(np.object_) * (1 << 32)
     u, u2 = polynomials(widths)
     across = (widths.astype(np.float64), across_tiles(u**2), across_tiles(u2**2))
     tops = np.cumsum(heights) - heights
@@ -171,7 +175,7 @@ def gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
     return TileSums(
         n=heights[:, np.newaxis] * widths,
         squares=exact(sums.squares),
-        spread=exact(sums.low) + exact(sums.high) * (1 << 32),
+        spread=spread,
         quartic=across_tiles(sums.quartic[own]),
         residual=np.where(fits, np.maximum(residual, 0.0), np.nan),
     )

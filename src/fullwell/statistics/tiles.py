@@ -7,7 +7,8 @@ takes its own share off the sum of squares.
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Final
+from functools import lru_cache
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +87,10 @@ def polynomials(lengths: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArra
 
 def column_sums(layout: Layout) -> ColumnSums:
     """Return empty sums down the columns of each band, shape (bands, cell, width)."""
-    shape = (layout.tiles[0], layout.cell, layout.width)
+    return _empty((layout.tiles[0], layout.cell, layout.width))
+
+
+def _empty(shape: tuple[int, ...]) -> ColumnSums:
     squares, low, high = np.zeros((3, *shape), np.uint64)
     quartic, centred, linear, quadratic, power = np.zeros((5, *shape), np.float64)
     return ColumnSums(squares, low, high, quartic, centred, linear, quadratic, power)
@@ -97,12 +101,16 @@ def sweep(moments: Moments, counts: SpreadCounts, *, workers: int = 1) -> tuple[
     layout = moments.layout
     maps = moments.finished()
     bands = tuple(enumerate(layout.bands()))
-    sums = column_sums(layout)
+    rows: list[tuple[_Across, ...]] = [()] * len(bands)
 
     def summarize(first: int) -> SpreadCounts:
         own = counts if first == 0 else counts._replace(bins=np.zeros_like(counts.bins))
+        sums = _empty((layout.cell, layout.width))
         for at, band in bands[first::workers]:
-            summarize_band(maps, band, _surface(moments, band), ColumnSums(*(part[at] for part in sums)), own)
+            for part in sums:
+                part[...] = 0
+            summarize_band(maps, band, _surface(moments, band), sums, own)
+            rows[at] = tuple(_across_tiles(sums, site, layout) for site in range(layout.sites))
         return own
 
     if workers == 1:
@@ -111,7 +119,10 @@ def sweep(moments: Moments, counts: SpreadCounts, *, workers: int = 1) -> tuple[
         with ThreadPoolExecutor(workers) as pool:
             for other in tuple(pool.map(summarize, range(workers)))[1:]:
                 np.add(counts.bins, other.bins, out=counts.bins)
-    return tuple(gathered(sums, site, layout) for site in range(layout.sites))
+    return tuple(
+        _tile_sums(_Across(np.stack([one.whole for one in own]), np.stack([one.real for one in own])), site, layout)
+        for site, own in enumerate(zip(*rows, strict=True))
+    )
 
 
 def _padding(band: Band, phase: int) -> int:
@@ -139,43 +150,70 @@ def _surface(moments: Moments, band: Band) -> Surface:
     return Surface(reference, linear, quadratic)
 
 
+class _Across(NamedTuple):
+    """Column sums of one plane added up across each tile, of a row of tiles or of several.
+
+    Parameters
+    ----------
+    whole
+        Sums of Q and of the lower and the upper 32 bits of D, shape (..., tiles, 3).
+    real
+        Sums of D^2, of the square of S less its reference, and of this times 1, v, u, v2, u v and u2, shape
+        (..., tiles, 8).
+
+    """
+
+    whole: NDArray[np.uint64]
+    real: NDArray[np.float64]
+
+
 def gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
     """Gather the column sums of one plane, of shape (bands, cell, width), into its tiles."""
+    return _tile_sums(_across_tiles(sums, site, layout), site, layout)
+
+
+def _across_tiles(sums: ColumnSums, site: int, layout: Layout) -> _Across:
+    """Add the columns of one plane up, of shape (..., cell, width), across each of its tiles."""
     phase, column = divmod(site, layout.cell)
+    starts, u, u2 = _axis(layout.plane(site)[1], layout.tile)
+    own = np.s_[..., phase, column :: layout.cell]
+    centred, linear = sums.centred[own], sums.linear[own]
+    products = (centred, linear, centred * u, sums.quadratic[own], linear * u, centred * u2)
+    whole = (sums.squares[own], sums.low[own], sums.high[own])
+    real = (sums.quartic[own], sums.power[own], *products)
+    return _Across(
+        whole=np.stack([np.add.reduceat(one, starts, axis=-1) for one in whole], axis=-1),
+        real=np.stack([np.add.reduceat(one, starts, axis=-1) for one in real], axis=-1),
+    )
+
+
+@lru_cache(maxsize=8)
+def _axis(length: int, tile: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return where the tiles along an axis begin, and the polynomials of degree 1 and 2 along it."""
+    lengths = edges(length, tile)
+    return np.cumsum(lengths) - lengths, *polynomials(lengths)
+
+
+def _tile_sums(found: _Across, site: int, layout: Layout) -> TileSums:
+    """Return the sums of the tiles of one plane, for every row of tiles that a plane may have."""
     heights, widths = (edges(side, layout.tile) for side in layout.plane(site))
-    starts = np.cumsum(widths) - widths
-    own = (slice(heights.size), phase, slice(column, None, layout.cell))
-
-    def across_tiles(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.add.reduceat(values, starts, axis=-1)
-
-    def exact(values: NDArray[np.uint64]) -> Whole:
-        return exact_integers(np.add.reduceat(values[own], starts, axis=-1))
-
-    spread, high = exact(sums.low), exact(sums.high)
+    squares, spread, high = map(exact_integers, np.moveaxis(found.whole[: heights.size], -1, 0))
     if high.any():
         spread = spread.astype(np.object_) + high.astype(np.object_) * (1 << 32)
-    u, u2 = polynomials(widths)
-    across = (widths.astype(np.float64), across_tiles(u**2), across_tiles(u2**2))
-    tops = np.cumsum(heights) - heights
-    v, v2 = polynomials(heights)
-    down = (heights.astype(np.float64), np.add.reduceat(v**2, tops), np.add.reduceat(v2**2, tops))
-    centred, linear, quadratic = (part[own] for part in (sums.centred, sums.linear, sums.quadratic))
+    quartic, power, *products = np.ascontiguousarray(np.moveaxis(found.real[: heights.size], -1, 0))
+
+    def norms(length: int) -> tuple[NDArray[np.float64], ...]:
+        starts, linear, quadratic = _axis(length, layout.tile)
+        return np.add.reduceat(linear**2, starts), np.add.reduceat(quadratic**2, starts)
+
+    down, across = ((edges(side, layout.tile), *norms(side)) for side in layout.plane(site))
     fits = (heights[:, np.newaxis] >= 3) & (widths >= 3)
-    residual = across_tiles(sums.power[own])
-    for values, i, j in (
-        (centred, 0, 0),
-        (linear, 1, 0),
-        (centred * u, 0, 1),
-        (quadratic, 2, 0),
-        (linear * u, 1, 1),
-        (centred * u2, 0, 2),
-    ):
-        residual -= across_tiles(values) ** 2 / np.where(fits, down[i][:, np.newaxis] * across[j], 1.0)
+    for product, (i, j) in zip(products, ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)), strict=True):
+        power = power - product**2 / np.where(fits, down[i][:, np.newaxis] * across[j], 1.0)
     return TileSums(
         n=heights[:, np.newaxis] * widths,
-        squares=exact(sums.squares),
+        squares=squares,
         spread=spread,
-        quartic=across_tiles(sums.quartic[own]),
-        residual=np.where(fits, np.maximum(residual, 0.0), np.nan),
+        quartic=quartic,
+        residual=np.where(fits, np.maximum(power, 0.0), np.nan),
     )

@@ -323,7 +323,10 @@ def _save(
             entry.create_system = 3  # the same bytes on every system
             entry.compress_type = zipfile.ZIP_DEFLATED if packed(name) else zipfile.ZIP_STORED
             with archive.open(entry, "w", force_zip64=True) as file:
-                np.lib.format.write_array(file, np.asarray(one.values, order="C"), allow_pickle=False)
+                values = np.asarray(one.values, order="C")
+                header = np.lib.format.header_data_from_array_1_0(values)
+                np.lib.format.write_array_header_1_0(file, header)
+                file.write(values.reshape(-1).view(np.uint8).data)
     document = {
         "schema": SCHEMA,
         "kind": kind,

@@ -105,6 +105,14 @@ def test_a_quadratic_surface_is_found_again(shape: tuple[int, int]) -> None:
     assert math.isclose(fitted.maximum, sums.max() / 2, rel_tol=1e-12)
 
 
+@given(st.tuples(*[st.floats(-20.0, 20.0)] * 5), st.integers(3, 40), st.integers(3, 40))
+def test_the_maximum_is_the_highest_value_on_the_grid(bends: tuple[float, ...], rows: int, columns: int) -> None:
+    x, y = np.arange(1.0, rows + 1.0), np.arange(1.0, columns + 1.0)
+    sums = np.rint(evaluate((100_000.0, *bends), x, y)).astype(np.uint32)
+    found = fit_poly22(sums, 1)
+    assert found.maximum == pytest.approx(evaluate(found.coefficients, x, y).max(), rel=ROUNDING)
+
+
 def test_a_plane_of_two_rows_has_no_quadratic_surface() -> None:
     with pytest.raises(ValueError, match="3 x 3"):
         fit_poly22(np.ones((2, 9), np.uint32), 1)

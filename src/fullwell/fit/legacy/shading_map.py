@@ -6,16 +6,13 @@ METHOD 5.3. Coordinates are the study's: x counts rows and y counts columns of t
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.kernels.row_products import row_products
 from fullwell.raw.cfa import cell
 from fullwell.statistics.pixels import PixelSums
-
-_BLOCK: Final = 1 << 18
-"""Pixels of a plane that are worked on at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,11 +122,10 @@ def fit_poly22(sums: PixelSums, frames: int, *, black_dn: float = 0.0) -> Poly22
     if min(rows, columns) < 3:
         raise ValueError(f"a quadratic surface needs a plane of 3 x 3 pixels or more, not {rows} x {columns}")
     along_x, along_y = _orthogonal(rows), _orthogonal(columns)
-    products = np.zeros((3, 3))
-    step = max(1, _BLOCK // columns)
-    for first in range(0, rows, step):
-        block = sums[first : first + step] / frames - black_dn
-        products += along_x[:, first : first + step] @ (block @ along_y.T)
+    plane = sums.view()
+    plane.flags.writeable = False
+    products = along_x @ np.stack(row_products(plane, along_y[1], along_y[2]), axis=1) / frames
+    products[0, 0] -= black_dn * sums.size
     norms = np.outer(np.square(along_x).sum(axis=1), np.square(along_y).sum(axis=1))
     coefficients = _from_one(products / norms, rows, columns)
     p00, p10, p01, p20, p11, p02 = coefficients
@@ -220,9 +216,10 @@ def _from_one(centred: NDArray[np.float64], rows: int, columns: int) -> tuple[fl
 
 
 def _highest(coefficients: Sequence[float], rows: int, columns: int) -> float:
-    step = max(1, _BLOCK // columns)
-    y = _counted(0, columns)
-    return max(
-        float(evaluate(coefficients, _counted(first, min(step, rows - first)), y).max())
-        for first in range(0, rows, step)
-    )
+    """Return the highest value on the grid: in every row it is at an end, or beside the top of the row's parabola."""
+    p00, p10, p01, p20, p11, p02 = coefficients
+    x = _counted(0, rows)[:, None]
+    slope = p01 + p11 * x
+    top = np.floor(slope / (-2.0 * p02)) if p02 < 0.0 else np.zeros_like(x)
+    y = np.clip(np.hstack([np.zeros_like(x), top, top + 1.0, np.full_like(x, columns)]), 1.0, columns)
+    return float(np.max(slope * y + (p00 + x * (p10 + p20 * x)) + p02 * y**2))

@@ -21,7 +21,7 @@ from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.cluster import connected
 from fullwell.workflow.description import describe
-from fullwell.workflow.executor import Progress, old_objects_aside, one_algebra_thread
+from fullwell.workflow.executor import Progress, old_objects_aside, one_algebra_thread, short_turns
 from fullwell.workflow.isos import IsoReader, MeasuredIsos
 from fullwell.workflow.measure.against_iso import measure_against_iso
 from fullwell.workflow.measure.bursts import IsoBursts
@@ -144,6 +144,7 @@ def _measure(
     with (
         tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch,
         one_algebra_thread(),
+        short_turns(),
         old_objects_aside(),
     ):
         reader = IsoReader(

@@ -17,7 +17,7 @@ LIST_ROWS = 8
 """Rows of a phase whose extremes are followed together: few enough that eight frames of them stay in the cache."""
 FOUR = 4
 _TOP_CODE = np.uint16(65535)
-_COLUMNS = 128
+_COLUMNS = 64
 """Columns that are looked at together."""
 _MANY = 8
 """Where more than one column in so many holds an extreme, all are looked through in vectors."""
@@ -188,6 +188,15 @@ def _count_in_columns(
 
 
 @njit(cache=True, nogil=True)
+def _count_in_column(codes: NDArray[np.uint16], starts: NDArray[np.int64], column: int, code: np.uint16) -> np.uint16:
+    """Count a code in one column of the rows that begin at ``starts``."""
+    found = np.uint16(0)
+    for start in starts:
+        found = np.uint16(found + np.uint16(codes[start + column] == code))
+    return found
+
+
+@njit(cache=True, nogil=True)
 def _count_list(
     stack: Stack,
     starts: NDArray[np.int64],
@@ -204,8 +213,7 @@ def _count_list(
         elif alike:
             for c in range(left, right):
                 if own[c] == code[c]:
-                    for start in starts:
-                        n[c] += np.uint16(stack.codes[start + c] == code[c])
+                    n[c] = np.uint16(n[c] + _count_in_column(stack.codes, starts, c, code[c]))
 
 
 @njit(cache=True, nogil=True)

@@ -27,17 +27,27 @@ def _paeth(left: np.int64, above: np.int64, corner: np.int64) -> np.int64:
 
 
 @njit(cache=True, nogil=True)
+def _add_up(x: NDArray[np.uint8], size: int) -> None:
+    """Add to each byte of a row that of the pixel before; both bytes of a pixel side by side."""
+    first, second = np.uint8(0), np.uint8(0)
+    if size == 1:
+        for c in range(x.size):
+            first = np.uint8(first + x[c])
+            x[c] = first
+        return
+    for c in range(x.size // 2):
+        first, second = np.uint8(first + x[2 * c]), np.uint8(second + x[2 * c + 1])
+        x[2 * c], x[2 * c + 1] = first, second
+
+
+@njit(cache=True, nogil=True)
 def _undo_row(kind: np.uint8, x: NDArray[np.uint8], above: NDArray[np.uint8], size: int) -> None:
     """Undo the filter of a row in place; ``size`` is that of a pixel [byte]."""
     if kind == _UP:
         for c in range(x.size):
             x[c] = np.uint8(x[c] + above[c])
     elif kind == _SUB:
-        for first in range(size):
-            last = np.uint8(0)
-            for c in range(first, x.size, size):
-                last = np.uint8(last + x[c])
-                x[c] = last
+        _add_up(x, size)
     elif kind == _AVERAGE:
         for c in range(x.size):
             left = np.int64(x[c - size]) if c >= size else np.int64(0)

@@ -128,10 +128,10 @@ def _pixels_packed(data: memoryview) -> bytes:
         checked = position + 8 + length
         if checked + 4 > len(data):
             raise UnreadableFileError("file-truncated", "the PNG file ends before its pixels do; copy it again")
-        chunk = bytes(data[position + 4 : checked])
-        if deflate_crc32(chunk) != struct.unpack_from(">I", data, checked)[0]:
+        chunk = data[position + 4 : checked]
+        if deflate_crc32(bytes(chunk)) != struct.unpack_from(">I", data, checked)[0]:
             raise UnreadableFileError("file-damaged", "the PNG pixels are damaged (checksum); copy the file again")
         if name == _PIXELS:
-            packed.append(memoryview(chunk)[4:])
+            packed.append(chunk[4:])
         position = checked + 4
     return b"".join(packed)

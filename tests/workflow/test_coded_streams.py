@@ -41,8 +41,8 @@ def written(folder: Path, *, compression: str, cfa: str = "RGGB", tile: tuple[in
     return load_study(folder, Selection())
 
 
-def reduced(study: Study, *, workers: int = 2) -> Reduction:
-    return reduce_study(study, workers=workers, tile=10, keep=tuple(Kind))
+def reduced(study: Study, *, workers: int = 2, tile: int = 10) -> Reduction:
+    return reduce_study(study, workers=workers, tile=tile, keep=tuple(Kind))
 
 
 def same(one: Reduction, other: Reduction, *, parts: Sequence[str] = ("statistics", "first")) -> bool:
@@ -61,6 +61,13 @@ def test_coded_frames_come_to_what_plain_ones_do(
     assert all(decodes(frame) for one in coded.series for frame in one.frames)
     assert not any(decodes(frame) for one in plain.series for frame in one.frames)
     assert same(reduced(coded, workers=workers), reduced(plain))
+
+
+def test_lines_of_two_rows_come_to_the_same_where_tiles_are_an_odd_number_of_rows(tmp_path: Path) -> None:
+    written(tmp_path / "plain", compression="none")
+    written(tmp_path / "coded", compression="lossless-jpeg")
+    plain, coded = (load_study(tmp_path / name, Selection(cfa="mono")) for name in ("plain", "coded"))
+    assert same(reduced(coded, tile=5), reduced(plain, tile=5))
 
 
 @pytest.mark.parametrize("tile", [None, (32, 48)])

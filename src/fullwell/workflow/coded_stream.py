@@ -206,8 +206,10 @@ class SegmentStream:
         self._told(self.frame, self._file.hash)
 
 
-def coded_stream(frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> CodedStream | DecodedStream:
-    """Return a file that is decoded some lines at a time, or has been where its lines are not those of the mosaic.
+def coded_stream(
+    frame: Frame, data: memoryview, room: NDArray[np.uint16], layout: Layout
+) -> CodedStream | DecodedStream:
+    """Return a file that is decoded some lines at a time, or has been where strips do not begin with its lines.
 
     Parameters
     ----------
@@ -217,6 +219,8 @@ def coded_stream(frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> Co
         Its bytes, which must stay as they are.
     room
         Memory of ``room_bytes``.
+    layout
+        Whose strips are read.
 
     Raises
     ------
@@ -228,7 +232,9 @@ def coded_stream(frame: Frame, data: memoryview, room: NDArray[np.uint16]) -> Co
     if where is None or where.stop > len(data):
         raise UnreadableFileError("file-truncated", "the file ends before its pixels do; copy it again")
     lines = LosslessLines(data[where], (header.height, header.width))
-    return CodedStream(frame, lines, room) if lines.rows else DecodedStream(frame, decode(header, data), room)
+    if lines.rows and all(strip.top % lines.rows == 0 for strip in layout.strips()):
+        return CodedStream(frame, lines, room)
+    return DecodedStream(frame, decode(header, data), room)
 
 
 def _lines_of(room: NDArray[np.uint16], width: int) -> NDArray[np.uint16]:

@@ -144,7 +144,7 @@ class Slots:
         if segment_rows_of(frame.header) is None:
             data, digest = _read_into(frame.header, memory.take(frame.size))
             told(frame, digest)
-            self._pass(coded_stream(frame, data, self._room(size)), size=size)
+            self._pass(coded_stream(frame, data, self._room(size), self._layout), size=size)
             return
         stream = SegmentStream(frame, memory, self._room(size), told)
         if stream.complete:

@@ -23,6 +23,7 @@ def empty_sums(stack: Stack, band: Band, height: int) -> tuple[SeriesSums, Frame
         np.zeros((frames, height, band.cell), np.uint64),
         np.zeros((frames, band.cell, stack.width), np.uint64),
         np.zeros((frames, *grid), np.uint64),
+        np.zeros((frames, band.cell, stack.width), np.uint32),
     )
     return series, sums
 

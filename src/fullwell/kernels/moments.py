@@ -214,7 +214,6 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) ->
     """
     width, count, cell = stack.width, stack.starts.size, band.cell
     extremes = no_extremes(stack, band)
-    columns = np.zeros((count, cell, width), np.uint32)
     narrow = np.empty(width, np.uint32), np.empty(width, np.uint32)
     for first in range(band.top, band.bottom, LIST_ROWS * cell):
         last = min(first + LIST_ROWS * cell, band.bottom)
@@ -229,9 +228,11 @@ def add_band(stack: Stack, band: Band, series: SeriesSums, frames: FrameSums) ->
         for f in range(count):
             own = stack.codes[stack.starts[f] + first * width :]
             for phase in range(cell):
-                add_margins(own, (phase, last - first, cell), highest, columns[f, phase], frames.rows[f, first:])
-    for f in range(count):
-        close_tiles(columns[f], band, frames.columns[f], frames.tiles[f])
+                add_margins(own, (phase, last - first, cell), highest, frames.open[f, phase], frames.rows[f, first:])
+    if band.bottom % (cell * band.tile) == 0 or band.bottom == frames.rows.shape[1]:
+        for f in range(count):
+            close_tiles(frames.open[f], band, frames.columns[f], frames.tiles[f])
+        frames.open[:] = 0
     close_extremes(stack, band, extremes, series)
 
 

@@ -15,6 +15,8 @@ from fullwell.kernels.stack import Band, SeriesSums, Stack
 
 LIST_ROWS = 8
 """Rows of a phase whose extremes are followed together: few enough that eight frames of them stay in the cache."""
+_LIST_FRAMES = 8
+"""Frames whose extremes are followed together: where a column holds one, all its codes are looked through."""
 FOUR = 4
 _TOP_CODE = np.uint16(65535)
 _COLUMNS = 64
@@ -24,17 +26,26 @@ _MANY = 8
 
 
 class Extremes(NamedTuple):
-    """Extremes of each column by phase of the row and list, which is of a few rows; shape (cell, lists, width)."""
+    """Extremes of each column by phase of the row and list, which is of a few rows of a few frames.
+
+    Shape (cell, lists, width); lists of the same rows follow each other.
+    """
 
     lowest: NDArray[np.uint16]
     highest: NDArray[np.uint16]
 
 
 @njit(cache=True, nogil=True)
+def _parts(stack: Stack) -> int:
+    """Return in how many parts the frames are followed."""
+    return -(-stack.starts.size // _LIST_FRAMES)
+
+
+@njit(cache=True, nogil=True)
 def no_extremes(stack: Stack, band: Band) -> Extremes:
     """Return room for the extremes of a band."""
     rows = -(-(band.bottom - band.top) // band.cell)
-    shape = (band.cell, -(-rows // LIST_ROWS), stack.width)
+    shape = (band.cell, -(-rows // LIST_ROWS) * _parts(stack), stack.width)
     return Extremes(np.full(shape, _TOP_CODE, np.uint16), np.zeros(shape, np.uint16))
 
 
@@ -71,16 +82,19 @@ def _follow_four(x: Rows, lowest: NDArray[np.uint16], highest: NDArray[np.uint16
 @njit(cache=True, nogil=True)
 def follow_rows(stack: Stack, band: Band, first: int, last: int, extremes: Extremes) -> int:
     """Follow the extremes through the rows of one list of each phase; return the highest code there."""
-    width, count, cell = stack.width, stack.starts.size, band.cell
-    number = (first - band.top) // (cell * LIST_ROWS)
+    width, cell, parts = stack.width, band.cell, _parts(stack)
+    number = (first - band.top) // (cell * LIST_ROWS) * parts
     for row in range(first, last):
         at = stack.starts + row * width
-        lowest, highest = extremes.lowest[row % cell, number], extremes.highest[row % cell, number]
-        for f in range(0, count - count % FOUR, FOUR):
-            _follow_four(four_rows(stack, at, f), lowest, highest)
-        for f in range(count - count % FOUR, count):
-            _follow_one(stack.codes[at[f] : at[f] + width], lowest, highest)
-    return int(extremes.highest[:, number].max())
+        for part in range(parts):
+            lowest, highest = extremes.lowest[row % cell, number + part], extremes.highest[row % cell, number + part]
+            begin, end = part * _LIST_FRAMES, min((part + 1) * _LIST_FRAMES, stack.starts.size)
+            fours = end - (end - begin) % FOUR
+            for f in range(begin, fours, FOUR):
+                _follow_four(four_rows(stack, at, f), lowest, highest)
+            for f in range(fours, end):
+                _follow_one(stack.codes[at[f] : at[f] + width], lowest, highest)
+    return int(extremes.highest[:, number : number + parts].max())
 
 
 @njit(cache=True, nogil=True)
@@ -219,13 +233,15 @@ def _count_list(
 @njit(cache=True, nogil=True)
 def _rows_of_list(stack: Stack, band: Band, phase: int, number: int) -> NDArray[np.int64]:
     """Return where the rows of a list begin, frame by frame."""
-    first = band.top + phase + number * LIST_ROWS * band.cell
+    lines, part = divmod(number, _parts(stack))
+    first = band.top + phase + lines * LIST_ROWS * band.cell
     last = min(first + LIST_ROWS * band.cell, band.bottom)
-    rows, frames = max(0, -(-(last - first) // band.cell)), stack.starts.size
-    starts = np.empty(frames * rows, np.int64)
-    for f in range(frames):
+    rows = max(0, -(-(last - first) // band.cell))
+    frames = stack.starts[part * _LIST_FRAMES : (part + 1) * _LIST_FRAMES]
+    starts = np.empty(frames.size * rows, np.int64)
+    for f in range(frames.size):
         for row in range(rows):
-            starts[f * rows + row] = stack.starts[f] + (first + row * band.cell) * stack.width
+            starts[f * rows + row] = frames[f] + (first + row * band.cell) * stack.width
     return starts
 
 

@@ -78,9 +78,12 @@ class FrameSums(NamedTuple):
         By phase of the row and mosaic column, shape (frames, cell, width).
     tiles
         Shape (frames, sites, tile rows, tile columns).
+    open
+        Columns of the row of tiles that is under way, in neither of these yet; shape as ``columns``.
 
     """
 
     rows: NDArray[np.uint64]
     columns: NDArray[np.uint64]
     tiles: NDArray[np.uint64]
+    open: NDArray[np.uint32]

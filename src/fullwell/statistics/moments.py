@@ -336,6 +336,7 @@ class MomentsAddition:
             rows=np.zeros((frames, layout.height, layout.cell), np.uint64),
             columns=np.zeros((frames, layout.cell, layout.width), np.uint64),
             tiles=np.zeros((frames, layout.sites, *layout.tiles), np.uint64),
+            open=np.zeros((frames, layout.cell, layout.width), np.uint32),
         )
         self._histogram = np.zeros((2, 2, CODES if counted else 1), np.int64)
 

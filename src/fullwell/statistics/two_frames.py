@@ -28,6 +28,7 @@ def add_two(moments: Moments, batch: Batch) -> Swept:
         rows=np.zeros((2, layout.height, layout.cell), np.uint64),
         columns=np.zeros((2, layout.cell, layout.width), np.uint64),
         tiles=np.zeros((2, layout.sites, *layout.tiles), np.uint64),
+        open=np.zeros((2, layout.cell, layout.width), np.uint32),
     )
     found = SumsOfTwo(moments.maps, frames, column_sums(layout), np.zeros((2, 2, CODES), np.int64))
     whole = Band(0, layout.height, layout.cell, layout.tile)

@@ -1,15 +1,16 @@
 """A file that fails while it is added is left out, named and counted, and leaves nothing behind in the sums."""
 
 import errno
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from mixed_study import TILE, Mosaics, assert_same, direct, mixed_study
 
-from fullwell.frames.series import Series, Study
+from fullwell.frames.series import Frame, Kind, Series, Study
 from fullwell.kernels.stack import Band
 from fullwell.statistics.moments import Layout
-from fullwell.workflow.merge_tree import finish, parts_of, sum_part
+from fullwell.workflow.merge_tree import finish, merge, parts_of, sum_part
 from fullwell.workflow.reduce import Reduction, reduce_study
 from fullwell.workflow.stream import LostFrameError, Stream
 
@@ -100,3 +101,41 @@ def test_a_file_cut_short_while_it_is_read(study: tuple[Study, Mosaics], monkeyp
     found = reduce_study(study[0], workers=2, tile=TILE)
     assert_left_out(found, *study, set(LOST))
     assert {one.code for one in found.excluded} == {"file-truncated"}
+
+
+@pytest.mark.parametrize("engine", ["threads", "cluster"])
+@pytest.mark.parametrize("fails", ["when it is opened", "half way"])
+def test_a_frame_that_fails_when_it_is_read_once_more(
+    study: tuple[Study, Mosaics], monkeypatch: pytest.MonkeyPatch, engine: str, fails: str
+) -> None:
+    """Of the first five dark frames one is damaged, so that the first five good ones are read again."""
+    damaged, lost = "dark-0.02-01.dng", "dark-0.02-02.dng"
+    dark = next(one for one in study[0].series if one.kind is Kind.DARK)
+    path = next(frame.header.path for frame in dark.frames if frame.name == damaged)
+    path.write_bytes(path.read_bytes()[:600])
+    begin, go_on, opened = Stream.__init__, Stream.read, []
+    error = OSError(errno.EIO, "Input/output error")
+
+    def init(self: Stream, frame: Frame, *rest: object) -> None:
+        opened.append(frame.name)
+        if opened.count(lost) == 2 and frame.name == lost and fails == "when it is opened":
+            raise error
+        begin(self, frame, *rest)
+
+    def read(self: Stream, strip: Band) -> int:
+        if opened.count(lost) == 2 and self.frame.name == lost and strip.top:
+            raise LostFrameError(self.frame, error)
+        return go_on(self, strip)
+
+    monkeypatch.setattr(Stream, "__init__", init)
+    monkeypatch.setattr(Stream, "read", read)
+    if engine == "threads":
+        found = reduce_study(replace(study[0], series=(dark,)), workers=2, tile=TILE)
+        statistics, excluded = found.statistics[dark.key], found.excluded
+    else:
+        (part,) = parts_of(dark, Layout(height=study[0].height, width=study[0].width, cfa=study[0].cfa, tile=TILE))
+        outcome = finish(dark, sum_part(part))
+        statistics, excluded = outcome.statistics, outcome.excluded
+    assert opened.count(lost) == 2
+    assert_same(statistics, direct(dark, {name: one for name, one in study[1].items() if name not in {damaged, lost}}))
+    assert [one.name for one in excluded] == [damaged, lost]

@@ -7,7 +7,8 @@ the tasks is no matter here (`cluster`).
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any, Final
 
 from fullwell.frames.series import Frame, Series
@@ -116,8 +117,17 @@ def merge(one: Summed, other: Summed) -> Summed:
 
 
 def finish(series: Series, summed: Summed) -> SeriesOutcome:
-    """Return what a series comes to."""
-    return outcome_of(series, summed.sums, summed.record, _slots(series.frames, summed.sums.layout))
+    """Return what a series comes to; it is read again without a frame that fails when it is read once more."""
+    sums, record = summed.sums, summed.record
+    try:
+        return outcome_of(series, sums, record, _slots(series.frames, sums.layout))
+    except LostFrameError as lost:
+        record = Record(hashes=record.hashes, excluded=[*record.excluded])
+        record.exclude(lost.frame, lost.cause)
+    good = replace(series, frames=record.good(series.frames))
+    parts = map(sum_part, parts_of(good, sums.layout, pairs=sums.pairs is not None))
+    nothing = Summed(sums=Accumulation(sums.layout, unlit=sums.unlit), record=record)
+    return finish(series, reduce(merge, parts, nothing))
 
 
 def reduce_whole(series: Series, part: Part) -> SeriesOutcome:

@@ -17,6 +17,7 @@ from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.outcome import SeriesOutcome
 from fullwell.workflow.slots import Slots
+from fullwell.workflow.stream import LostFrameError
 
 UNLIT: Final = frozenset({Kind.DARK, Kind.BIAS})
 
@@ -151,6 +152,12 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots,
     """Return what a series comes to once all its frames are added; ``sums`` of the outcome are those of the maps.
 
     Where one of the first five frames of an unlit series is damaged, the first five good ones are read once more.
+
+    Raises
+    ------
+    LostFrameError
+        One of these fails now: the sums hold a frame that cannot be relied on.
+
     """
     names = sums.names
     if series.kind in UNLIT and len(names) > LEGACY_FRAMES and sums.bursts is None:
@@ -165,10 +172,17 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots,
 
 
 def _burst_again(series: Series, names: Sequence[str], layout: Layout, slots: Slots) -> tuple[BurstSums, ...]:
-    sums = Accumulation(layout, unlit=False)
-    for frame in series.frames:
-        if frame.name in names:
-            add_groups([(frame,)], sums, slots, Record())
+    sums, record = Accumulation(layout, unlit=False), Record()
+    try:
+        for frame in series.frames:
+            if frame.name in names:
+                slots.read(frame, record.read)
+                sums.add(slots.batch())
+                slots.clear()
+    except (RawFileError, OSError) as error:
+        raise LostFrameError(frame, error) from error
+    finally:
+        slots.clear()
     return burst_sums(sums.moments)
 
 

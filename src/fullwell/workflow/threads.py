@@ -69,10 +69,18 @@ class _Reducer:
         slots.clear()
         if self._schedule.give_back(opened) and not stop.is_set():
             if not opened.spoilt:
-                workers = self._plan.workers if self._schedule.over else 1
-                outcome = outcome_of(opened.series, opened.sums, opened.record, slots, workers=workers)
-                self._done(opened.series, outcome)
+                self._finish(opened, slots)
             self._schedule.close(opened, again=opened.spoilt)
+
+    def _finish(self, opened: OpenSeries, slots: Slots) -> None:
+        """Tell what a series came to, unless a frame fails that is read once more."""
+        workers = self._plan.workers if self._schedule.over else 1
+        try:
+            outcome = outcome_of(opened.series, opened.sums, opened.record, slots, workers=workers)
+        except LostFrameError as lost:
+            opened.lose(lost)
+        else:
+            self._done(opened.series, outcome)
 
     def _add_first(self, opened: OpenSeries, slots: Slots, stop: Event) -> None:
         """Add the first frames of a series before any other, and keep their sums where more are to come."""

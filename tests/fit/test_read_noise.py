@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -69,3 +71,8 @@ def test_inversion_undoes_the_rounding_law(noise, step):
     assert unrounded_noise(rounded_variance(noise * step, step=step), step=step) == pytest.approx(
         noise * step, rel=1e-9
     )
+
+
+@pytest.mark.parametrize("variance", [math.nan, math.inf])
+def test_no_number_is_inverted_to_itself(variance):
+    assert str(unrounded_noise(variance)) == str(variance)

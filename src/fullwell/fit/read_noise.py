@@ -26,6 +26,7 @@ MEASURABLE: Final = 0.35
 """Noise, in codes, below which an unknown phase leaves no more than an interval."""
 
 _CONVERGED: Final = 1e-15
+"""Part of the noise that a last step may be: some roundings."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,7 +126,7 @@ def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
         low, high = (low, noise) if surplus > 0.0 else (noise, high)
         newton = noise - surplus / (2.0 * noise * rounded_variance_slope(noise, step=step))
         found = newton if low < newton < high else (low + high) / 2.0
-        if abs(found - noise) <= _CONVERGED * noise:
+        if not abs(found - noise) > _CONVERGED * noise:  # what is not a number ends the search too
             return found
         noise = found
 

@@ -13,7 +13,9 @@ from fullwell.findings import Severity
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study
+from fullwell.raw.image import RawHeader
 from fullwell.report.document import results_json
+from fullwell.workflow import duplicates
 from fullwell.workflow.characterize import measure
 from fullwell.workflow.duplicates import reduce_without_copies
 from fullwell.workflow.options import Options
@@ -124,6 +126,18 @@ def test_frames_of_one_code_count_with_a_warning(folder: Path) -> None:
     assert (finding.code, finding.severity) == ("identical-frames", Severity.WARNING)
     assert finding.files == ("dark/exp1000us_0.tif", "dark/exp1000us_1.tif")
     assert len(found.statistics["dark", 0.0, 0.001].frames) == 7
+
+
+def test_an_original_that_is_gone_by_now_may_have_copies(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    copy_some(folder)
+
+    def gone(header: RawHeader) -> memoryview:
+        raise FileNotFoundError(header.path)
+
+    monkeypatch.setattr(duplicates, "read_bytes", gone)
+    found = reduce_without_copies(load_study(folder, Selection(cfa="mono")), workers=2, tile=16)
+    assert {one.code for one in found.excluded} == {"duplicate-frame"}
+    assert len(found.excluded) == 3
 
 
 def test_the_document_is_the_same_bytes_for_any_number_of_workers(folder: Path) -> None:

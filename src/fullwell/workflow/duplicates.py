@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, TypeVar
 
+from fullwell.errors import RawFileError
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.series import Exclusion, Frame, Kind, Series, SeriesKey, Study
 from fullwell.raw.open import decode, read_bytes
@@ -125,7 +126,11 @@ def _told_apart(found: Sequence[_Copy]) -> tuple[tuple[_Copy, ...], tuple[_Copy,
 
 
 def _has_one_code(frame: Frame) -> bool:
-    mosaic = decode(frame.header, read_bytes(frame.header))
+    """Tell whether a frame is known to hold a single code; one that cannot be read any more is not."""
+    try:
+        mosaic = decode(frame.header, read_bytes(frame.header))
+    except (RawFileError, OSError):
+        return False
     return bool(mosaic.min() == mosaic.max())
 
 

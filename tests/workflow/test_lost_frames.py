@@ -10,7 +10,7 @@ from mixed_study import TILE, Mosaics, assert_same, direct, mixed_study
 from fullwell.frames.series import Frame, Kind, Series, Study
 from fullwell.kernels.stack import Band
 from fullwell.statistics.moments import Layout
-from fullwell.workflow.merge_tree import finish, merge, parts_of, sum_part
+from fullwell.workflow.merge_tree import finish, parts_of, sum_part
 from fullwell.workflow.reduce import Reduction, reduce_study
 from fullwell.workflow.stream import LostFrameError, Stream
 

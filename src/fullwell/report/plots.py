@@ -7,7 +7,7 @@ import base64
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,11 +128,6 @@ def beside(iso: NDArray[np.float64], index: int, count: int) -> NDArray[np.float
     return iso * 1.03 ** (index - (count - 1) / 2.0)
 
 
-def log_axis(axes: Axes, which: Literal["x", "y"]) -> None:
-    """Make an axis logarithmic, with plain numbers at few places."""
-    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
-
-
 def stepped(codes: NDArray[np.float64], counts: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return a histogram to draw as steps: codes ascending, no line where a code is missing or empty.
 
@@ -157,13 +152,6 @@ def finite_range(*arrays: NDArray[np.float64], positive: bool = False) -> tuple[
     every = every[np.isfinite(every)]
     every = every[every > 0.0] if positive else every
     return (float(every.min()), float(every.max())) if every.size else None
-
-
-def thinned(order: NDArray[np.intp], most: int = 120) -> NDArray[np.intp]:
-    """Return at most ``most`` of the ordered indices, both ends kept: enough for a smooth line."""
-    if len(order) <= most:
-        return order
-    return order[np.unique(np.linspace(0, len(order) - 1, most).round().astype(np.intp))]
 
 
 def iso_title(iso: float | str | None) -> str:

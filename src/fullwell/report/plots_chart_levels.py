@@ -17,7 +17,6 @@ from fullwell.report.plots import (
     color_of,
     finite_range,
     iso_title,
-    log_axis,
     marker_of,
     picture,
 )
@@ -237,7 +236,7 @@ def proportional_exposures(table: Table, iso: Value) -> Picture | None:
         axes.set_title(f"Exposure × {ratio[0]:.4g}" if ratio else "Darker exposure")
         axes.set_ylim(-top, top)
         axes.set_xlabel("Signal of the patch in the brightest exposure [DN]")
-        log_axis(axes, "x")
+        axes.set_xscale("log")
     panels[0].set_ylabel("Residual [σ]")
     keys = channel_circles(str(channel) for channel, _ in table.split("channel"))
     figure.legend(keys)

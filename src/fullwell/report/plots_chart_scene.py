@@ -18,7 +18,6 @@ from fullwell.report.plots import (
     color_of,
     finite_range,
     iso_title,
-    log_axis,
     marker_of,
     picture,
 )
@@ -135,7 +134,7 @@ def against_density(points: Table, iso: Value) -> Picture | None:
         for exposure, one in part.split("exposure"):
             for _, scene in one.split("scene"):
                 _density_points((noise, ratio), scene, str(channel), brightest=exposure == BRIGHTEST)
-    log_axis(noise, "y")
+    noise.set_yscale("log")
     noise.set_title("Noise")
     noise.set_ylabel("Noise of one frame [DN]")
     ratio.set_title("Signal-to-noise ratio")

@@ -17,7 +17,6 @@ from fullwell.report.plots import (
     channel_legend,
     color_of,
     iso_title,
-    log_axis,
     marker_of,
     picture,
 )
@@ -124,7 +123,7 @@ def _points(axes: Axes, table: Table, at: int) -> Sequence[str]:
 
 
 def _finish(axes: Axes, iso: Value) -> None:
-    log_axis(axes, "x")
-    log_axis(axes, "y")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
     axes.set(xlabel="Signal above black [DN]", ylabel="Variance [DN²]")
     axes.set_title(iso_title(iso))

@@ -19,7 +19,6 @@ from fullwell.report.plots import (
     grid_of,
     iso_axis,
     iso_title,
-    log_axis,
     marker_of,
     picture,
     stepped,
@@ -85,7 +84,7 @@ def dark_current_over_temperature(table: Table) -> Picture:
         axes.set_title(iso_title(iso))
         axes.set(xlabel="Temperature [°C]", ylabel="Dark current [DN/s]")
         axes.margins(x=0.06, y=0.12)
-        log_axis(axes, "y")
+        axes.set_yscale("log")
     channel_legend(figure, [str(channel) for channel, _ in table.split("channel")], [key("fit")])
     return picture(
         figure,
@@ -113,7 +112,7 @@ def dark_histogram(table: Table, black_levels: Mapping[tuple[float | None, str],
             if (black := black_levels.get((known, str(channel)))) is not None:
                 axes.axvline(black, color=color_of(str(channel)), linestyle="--", linewidth=1.0)
         _around_bulk(axes, part)
-        log_axis(axes, "y")
+        axes.set_yscale("log")
         axes.set_title(iso_title(iso))
         axes.set(xlabel="Raw value [DN]", ylabel="Pixel values")
         axes.locator_params(axis="x", nbins=6)
@@ -201,7 +200,7 @@ def difference(pair: DifferencePicture) -> Picture:
             label=f"{region.name}: σ = {region.std_dn:.3g} DN",
         )
     if pair.regions:
-        log_axis(right, "y")
+        right.set_yscale("log")
         figure.legend(right.keys, loc="lower right", columns=2)
     right.set(xlabel="Difference [DN]", ylabel="Share of pixels")
     right.set_title("Histogram by region")

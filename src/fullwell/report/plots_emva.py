@@ -16,7 +16,7 @@ from fullwell.report.curves import Table
 from fullwell.report.drawing import Axes, Figure
 from fullwell.report.drawing.legend import Place
 from fullwell.report.drawing.style import QUIET
-from fullwell.report.plots import color_of, log_axis, marker_of
+from fullwell.report.plots import color_of, marker_of
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -185,8 +185,8 @@ def snr(table: Table, legend: Legend, size: tuple[float, float], *, models: Tabl
     for name, words, at in legend.marks:
         axes.axvline(at, color=color_of(name), linestyle="--", linewidth=0.9)
         axes.text(at, 0.02, words, y_share=True, offset=(-2.0, 0.0), rotation=90.0, size=7.0, color=QUIET)
-    log_axis(axes, "x")
-    log_axis(axes, "y")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
     return finish(figure, axes, x=label, y="SNR", title="Signal-to-noise ratio", place="upper left")
 
 

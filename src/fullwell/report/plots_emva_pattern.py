@@ -8,7 +8,7 @@ import numpy as np
 from fullwell.report.curves import Table
 from fullwell.report.drawing import Axes
 from fullwell.report.drawing.style import QUIET, LineStyle
-from fullwell.report.plots import color_of, log_axis
+from fullwell.report.plots import color_of
 from fullwell.report.plots_emva import Legend, finish, named, panel
 
 _LEVELS: Final[tuple[tuple[str, LineStyle], ...]] = (("pattern", "-"), ("temporal", "--"))
@@ -37,7 +37,7 @@ def _spectrogram(table: Table, _legend: Legend, size: tuple[float, float], *, wh
                 axes.axhline(value, color=color, linewidth=1.0, linestyle=style, label=label)
     axes.set_xlim(0.0, 0.5)
     axes.margins(y=0.12)
-    log_axis(axes, "y")
+    axes.set_yscale("log")
     label = f"Square root of the power [{unit}]"
     title = f"Spectrogram {which}, {direction}"
     return finish(figure, axes, x="Frequency [cycles/pixel]", y=label, title=title, place="upper right")
@@ -91,7 +91,7 @@ def _histogram(table: Table, _legend: Legend, size: tuple[float, float], *, whic
 
 def _log_from_below_one(axes: Axes, highest: float) -> None:
     axes.set_ylim(0.5, max(2.0 * highest, 10.0))
-    log_axis(axes, "y")
+    axes.set_yscale("log")
 
 
 def _accumulated(table: Table, _legend: Legend, size: tuple[float, float], *, which: str) -> bytes:
@@ -102,7 +102,7 @@ def _accumulated(table: Table, _legend: Legend, size: tuple[float, float], *, wh
         axes.plot(x[y > 0.0], y[y > 0.0], color=color_of(str(channel)), linewidth=1.2, label=named(channel))
     axes.axhline(100.0, color=QUIET, linewidth=0.7, linestyle=":")
     axes.set_xlim(0.0)
-    log_axis(axes, "y")
+    axes.set_yscale("log")
     x_label, title = "Absolute deviation from the mean [DN]", f"Accumulated histogram {which}"
     return finish(figure, axes, x=x_label, y="Pixels that deviate at least so much [%]", title=title)
 

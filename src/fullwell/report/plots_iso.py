@@ -16,7 +16,6 @@ from fullwell.report.plots import (
     color_of,
     grid_of,
     iso_axis,
-    log_axis,
     marker_of,
     picture,
 )
@@ -69,7 +68,7 @@ def _panel(axes: Axes, rows: Sequence[Row]) -> None:
         )
     axes.margins(y=0.15)
     if _spans_decades(rows):
-        log_axis(axes, "y")
+        axes.set_yscale("log")
     else:
         axes.locator_params(axis="y", nbins=5)
 

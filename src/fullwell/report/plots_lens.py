@@ -9,6 +9,7 @@ import numpy as np
 from fullwell.raw.cfa import channel_rank, leading_channel
 from fullwell.report.curves import Table
 from fullwell.report.drawing import Figure, key
+from fullwell.report.drawing.images import Shown
 from fullwell.report.drawing.style import INK, QUIET
 from fullwell.report.numbers import show_exposure, show_iso
 from fullwell.report.pictures import ShadingDifferencePicture, ShadingPicture
@@ -130,8 +131,9 @@ def published_map(planes: Sequence[ShadingPicture]) -> Picture | None:
     apart = [_PERCENT * (np.asarray(plane.legacy) / plane.normalized - 1.0) for plane in planes]
     figure, panels = grid_of(len(planes), panel_height_in=2.4, columns=max(len(planes), 3))
     limit = symmetric_limit(*apart, share=99.5, least=0.01)
+    shown = [draw_map(axes, one, limit=limit) for axes, one in zip(panels, apart, strict=True)]
+    figure.colorbar(shown[0], label="published map / chosen map − 1 [%]")
     for axes, plane, one in zip(panels, planes, apart, strict=True):
-        figure.colorbar(draw_map(axes, one, limit=limit), label="published map / chosen map − 1 [%]")
         axes.set_title(f"{plane.channel}: corners {_percent(_corners(one))}", color=color_of(plane.channel))
     return picture(
         figure,
@@ -156,7 +158,7 @@ def difference_grid(
     values = {id(one): _PERCENT * one.difference if relative else one.over_error for one in pictures}
     limit = symmetric_limit(*values.values(), least=0.01) if relative else max(3.0, symmetric_limit(*values.values()))
     figure, panels = canvas(len(isos), max(columns, 3), height_in=1.27 * len(isos) + 0.75)
-    label = "difference to the base map [%]" if relative else "difference / standard error"
+    shown: list[Shown] = []
     for axes in panels:
         axes.visible = False
     for line, iso in enumerate(isos):
@@ -165,9 +167,11 @@ def difference_grid(
         row[0].set_ylabel(show_iso(None if iso < 0.0 else iso), bold=True, color=INK)
         for axes, one in zip(row, ordered, strict=False):
             axes.visible = True
-            figure.colorbar(draw_map(axes, values[id(one)], limit=limit), label=label, extend=True)
+            shown.append(draw_map(axes, values[id(one)], limit=limit))
             told = "base" if _is_base(one) else f"p {_probability(one.p_value)}"
             axes.set_title(f"{show_exposure(one.exposure_s)}, {told}", size=_SMALL_PT, bold=False)
+    label = "difference to the base map [%]" if relative else "difference / standard error"
+    figure.colorbar(shown[0], label=label, extend=True)
     base = _burst(pictures[0].base_iso, pictures[0].base_exposure_s)
     return picture(
         figure,

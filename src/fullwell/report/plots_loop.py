@@ -18,7 +18,6 @@ from fullwell.report.plots import (
     color_of,
     finite_range,
     iso_title,
-    log_axis,
     marker_of,
     picture,
 )
@@ -41,8 +40,8 @@ def transfer_beside(table: Table, iso: Value) -> Picture:
         if limits[0] and limits[1]:
             axes.set_xlim(limits[0][0] / 1.5, limits[0][1] * 1.5)
             axes.set_ylim(np.sqrt(limits[1][0]) / 1.4, np.sqrt(limits[1][1]) * 1.4)
-        log_axis(axes, "x")
-        log_axis(axes, "y")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
         axes.set(xlabel="Signal above black [DN]", ylabel="Noise [DN]")
         axes.set_title(_NAMES[name])
     channel_legend(figure, channels, [key("truth of the simulation", color=_TRUTH)])

@@ -22,7 +22,6 @@ from fullwell.report.plots import (
     grid_of,
     iso_axis,
     iso_title,
-    log_axis,
     marker_of,
     picture,
 )
@@ -287,7 +286,7 @@ def _positive_axis(axes: Axes, values: Sequence[float]) -> None:
     shown: NDArray[np.float64] = np.array([value for value in values if value > 0.0])
     if shown.size and len(shown) == len(values) and shown.max() > _FEW_DECADES * shown.min():
         axes.margins(y=0.15)
-        log_axis(axes, "y")
+        axes.set_yscale("log")
     else:
         axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
         axes.locator_params(axis="y", nbins=5)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fullwell.report.drawing import GRAYS, Axes, Colors, Figure, key, shades
 from fullwell.report.drawing.style import QUIET, LineStyle
-from fullwell.report.plots import color_of, log_axis, stepped
+from fullwell.report.plots import color_of, stepped
 from fullwell.report.typesetting import png_of
 
 _SIZE_IN: Final = (13.0, 9.4)
@@ -195,5 +195,5 @@ def _draw_range(axes: Axes, planes: Sequence[Plane], *, first: int, last: int) -
                 axes.axvline(level, color=color_of(plane.channel), linestyle=dashes, linewidth=1.1)
     margin = 0.01 * (last - first)
     axes.set_xlim(first - margin, last + width + margin)
-    log_axis(axes, "y")
+    axes.set_yscale("log")
     axes.set_xlabel(f"DN, {width} codes together" if width > 1 else "DN")

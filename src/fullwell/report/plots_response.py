@@ -11,7 +11,6 @@ from fullwell.report.plots import (
     channel_legend,
     color_of,
     iso_title,
-    log_axis,
     marker_of,
     picture,
     stepped,
@@ -56,9 +55,9 @@ def _response(main: Axes, rest: Axes, table: Table) -> None:
             color=color,
         )
     for axes in (main, rest):
-        log_axis(axes, "x")
+        axes.set_xscale("log")
         axes.set_xlabel("Exposure time [s]")
-    log_axis(main, "y")
+    main.set_yscale("log")
     main.set_ylabel("Signal above black [DN]")
     main.set_title("Response")
     rest.axhline(0.0, color=QUIET, linewidth=0.8)
@@ -73,7 +72,7 @@ def _histograms(axes: Axes, table: Table) -> None:
         for _, points in part.split("exposure_s"):
             codes, counts = stepped(points.numbers("code"), points.numbers("count"))
             axes.plot(codes, counts, drawstyle="steps-mid", color=color_of(str(channel)), linewidth=0.9, alpha=0.85)
-    log_axis(axes, "y")
+    axes.set_yscale("log")
     axes.set(xlabel="Raw value [DN]", ylabel="Pixel values")
     axes.set_title("Histograms, every exposure")
     axes.margins(x=0.01)

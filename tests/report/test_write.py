@@ -9,8 +9,9 @@ import pytest
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
+from fullwell.files import replaced_folder
 from fullwell.report import html, tables
-from fullwell.report.write import check_target, write_results
+from fullwell.report.write import check_target, write_files
 
 SMALL = Results(study={"name": "a"}, rows=(), findings=(), curves=())
 FILES = ["report.html", "results.csv", "results.json", "results.parquet"]
@@ -18,6 +19,13 @@ FILES = ["report.html", "results.csv", "results.json", "results.parquet"]
 
 def names(folder):
     return sorted(path.name for path in folder.iterdir())
+
+
+def write_results(results, out):
+    """Do what every verb does."""
+    check_target(out)
+    with replaced_folder(out) as fresh:
+        write_files(results, fresh)
 
 
 def test_a_missing_folder_is_made_with_its_parents(tmp_path):

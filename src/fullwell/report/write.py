@@ -1,4 +1,4 @@
-"""The results folder: written beside its target and renamed into place, or not at all."""
+"""The results folder: whose it may take the place of, and the files in it that every verb writes."""
 
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -7,7 +7,7 @@ from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
-from fullwell.files import holds_document, replaced_folder
+from fullwell.files import holds_document
 from fullwell.findings import listed
 from fullwell.report.datasheet.contents import Datasheet
 from fullwell.report.document import DOCUMENT, EMVA_FOLDER, SCHEMA, results_json
@@ -69,34 +69,8 @@ def check_target(out: Path) -> None:
         raise UsageError(message)
 
 
-def write_results(results: Results, out: Path, *, pictures: Pictures | None = None) -> None:
-    """Write results.json, results.csv, results.parquet and report.html into ``out``.
-
-    Everything is written into a folder beside ``out`` first and renamed into place at the end; an error or an
-    interruption at any moment leaves what was at ``out`` before.
-
-    Parameters
-    ----------
-    results
-        Everything the run found.
-    out
-        A missing or empty folder, or one that holds our own results and nothing else: it is replaced.
-    pictures
-        Arrays the report shows as pictures.
-
-    Raises
-    ------
-    UsageError
-        As `check_target`.
-
-    """
-    check_target(out)
-    with replaced_folder(out) as fresh:
-        write_files(results, fresh, pictures=pictures)
-
-
 def write_files(results: Results, folder: Path, *, pictures: Pictures | None = None) -> None:
-    """Write the files of `write_results` into a folder that is there already.
+    """Write results.json, results.csv, results.parquet and report.html into a folder that is there already.
 
     Results by a profile of EMVA 1288 get report.pdf, the datasheet, printed while the page is drawn, and emva1288.xml,
     a result file of the reference package.

@@ -173,16 +173,15 @@ def outcome_of(series: Series, sums: Accumulation, record: Record, slots: Slots,
 
 def _burst_again(series: Series, names: Sequence[str], layout: Layout, slots: Slots) -> tuple[BurstSums, ...]:
     sums, record = Accumulation(layout, unlit=False), Record()
-    try:
-        for frame in series.frames:
-            if frame.name in names:
+    for frame in series.frames:
+        if frame.name in names:
+            try:
                 slots.read(frame, record.read)
                 sums.add(slots.batch())
+            except (RawFileError, OSError) as error:
+                raise LostFrameError(frame, error) from error
+            finally:
                 slots.clear()
-    except (RawFileError, OSError) as error:
-        raise LostFrameError(frame, error) from error
-    finally:
-        slots.clear()
     return burst_sums(sums.moments)
 
 

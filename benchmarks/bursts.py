@@ -38,7 +38,7 @@ def against_ccdproc(folder: Path) -> list[Comparison]:
     if not peers:
         detail = "set FULLWELL_PEERS to a python that has ccdproc"
         return [Comparison(name=NAME, value=None, target=100.0, at_least=True, detail=detail)]
-    frames = np.stack([mosaic(number) for number in range(FRAMES)])
+    frames = _burst()
     np.save(folder / "burst.npy", frames)
     maps = np.empty((2, *frames.shape[1:]), np.float32)
     before = medians({"maps": lambda: burst_maps(frames, workers=WORKERS, out=maps)})["maps"]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
-from benchmarks import bursts, command, decoding, emva, lossless_jpeg, reduction, responses, simulation, unpacking
+from benchmarks import bursts, command, decoding, emva, reduction, responses, simulation, unpacking
 from benchmarks.timing import Comparison
 
 Benchmark = Callable[[Path], list[Comparison]]
@@ -16,8 +16,8 @@ BENCHMARKS: Final[Mapping[str, Benchmark]] = {
     "lossless-jpeg": reduction.compressed,
     "memory": reduction.memory,
     "resume": reduction.resume,
-    "decoding": decoding.against_libraw,
-    "lossless-jpeg-decoding": lossless_jpeg.against_libraw,
+    "decoding": decoding.uncompressed,
+    "lossless-jpeg-decoding": decoding.lossless_jpeg,
     "ccdproc": bursts.against_ccdproc,
     "numpy": bursts.against_numpy,
     "dask": bursts.against_dask,

@@ -10,7 +10,18 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 SMALL = {"FULLWELL_BENCH_SIZE": "192x256", "FULLWELL_BENCH_FRAMES": "40"}
-NAMES = ("series", "bursts", "lossless-jpeg", "resume", "decoding", "numpy", "dask", "responses", "unpacking")
+NAMES = (
+    "series",
+    "bursts",
+    "lossless-jpeg",
+    "resume",
+    "decoding",
+    "lossless-jpeg-decoding",
+    "numpy",
+    "dask",
+    "responses",
+    "unpacking",
+)
 
 
 @pytest.mark.skipif(not (ROOT / "benchmarks").is_dir(), reason="an installed copy has no benchmarks")

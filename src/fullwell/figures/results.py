@@ -87,6 +87,8 @@ class Results:
         What is to be said about the data, most severe first.
     curves
         What is plotted.
+    citations
+        The bibliography that sources refer to by key (JSON-ready).
     run
         All that may differ between two runs on the same input (JSON-ready).
 

@@ -92,6 +92,10 @@ class RawHeader:
         (S, O) per plane as the DNG tag NoiseProfile has them; empty where absent.
     make, model, serial, firmware
         Of the camera, as the file has them; firmware is the tag Software.
+    orientation
+        The tag Orientation of TIFF, 1 to 8; 1 where the file has none.
+    compression
+        How the pixels are stored; ``none`` where they lie in the file as they are.
     as_shot_neutral
         White in the camera's own R, G and B, as the DNG tag AsShotNeutral has it; empty where absent.
     colour_matrix

@@ -30,6 +30,8 @@ class MaskedSums:
         Over its pixels [DN, DN^2].
     line_error_dn
         Standard error of the mean by the scatter of the means of its rows or columns, the larger [DN].
+    declared
+        As in `MaskedArea`.
 
     """
 

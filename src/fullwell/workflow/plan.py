@@ -13,10 +13,13 @@ from fullwell.workflow.slots import MOST_FRAMES, passes, slot_bytes_to_pass
 from fullwell.workflow.stream import streams
 
 MOST_BUFFER_BYTES: Final = 400_000_000
+"""Of the files and mosaics that all threads hold [byte]."""
 MOST_MAP_BYTES: Final = 400_000_000
+"""Of the sums of all series that are open [byte]."""
 MOST_SLOTS: Final = 5
 """Whole frames a thread holds at once: a first burst. More touch the maps more rarely, but memory takes its time."""
 _MAP_BYTES_PER_PIXEL: Final = 12
+"""What they take: 8, and up to 16 where codes are so large that squares are summed in 64 bits as well [byte]."""
 
 Done = Callable[[Series, SeriesOutcome], None]
 """Told of every series once, from any thread; ``sums`` of the outcome are only there until it returns."""

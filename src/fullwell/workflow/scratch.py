@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fullwell.statistics.pixels import PixelSums
 
 MOST_KEPT_BYTES: Final = 200_000_000
+"""From where on sums that are kept go to files [byte]."""
 
 
 class KeptSums:

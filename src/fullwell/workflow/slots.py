@@ -31,7 +31,9 @@ AnyStream = Stream | CodedStream | DecodedStream | SegmentStream
 MOST_FRAMES: Final = 32
 """Files that are open at once: the more, the more rarely sums go to memory and back."""
 _LINE: Final = 64
+"""Of the cache: where files and mosaics begin [byte]."""
 _PIECE: Final = 1 << 18
+"""Read and hashed in one go, so that it is still in the cache [byte]."""
 
 
 def passes(frame: Frame) -> bool:

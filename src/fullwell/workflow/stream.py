@@ -18,6 +18,7 @@ from fullwell.raw.remote import RemotePath
 Told = Callable[[Frame, str], None]
 
 _PIECE: Final = 1 << 16
+"""Of what is hashed but not used, read in one go [byte]."""
 _AHEAD: Final = 1 << 21
 """Asked of the system in one go, so that a disk does not go to and fro between files [byte]."""
 

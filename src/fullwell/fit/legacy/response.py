@@ -152,7 +152,7 @@ def study_response(
     regions
         From `study_regions`.
     black_dn
-        As in `fit_legacy.shading_map`: None leaves the pedestal in, as published [DN].
+        As in `fit_legacy_map`: None leaves the pedestal in, as published [DN].
 
     Raises
     ------

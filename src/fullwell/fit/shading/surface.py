@@ -24,9 +24,9 @@ DEGREES: Final = {"poly22": 2, "poly44": 4, "poly66": 6, "poly88": 8}
 _CLOSE: Final = 1e-3
 """Distance to which a maximum is searched [pixel]: there the surface differs by nothing that counts."""
 
-
 _COARSE: Final = np.linspace(-1.0, 1.0, 49)
 _FINE: Final = np.linspace(-1.0, 1.0, 25)
+"""Places along each side of the first grid that is searched, and of those that close in."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

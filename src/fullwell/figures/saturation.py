@@ -41,6 +41,17 @@ class SaturationLevel:
     signal: Measured
     flags: tuple[str, ...]
 
+    @property
+    def bound_flags(self) -> tuple[str, ...]:
+        """Those that hold for what follows from it too: a lower bound, read off a grid."""
+        return tuple(flag for flag in self.flags if flag in {LOWER_BOUND, GRID_LIMITED})
+
+    def bounded(self, *figures: Measured) -> tuple[Measured, ...]:
+        """Return figures that follow from it, without an interval where saturation was not reached: lower bounds."""
+        if LOWER_BOUND in self.flags:
+            return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
+        return figures
+
 
 def temporal_variance_peak(
     signal_dn: ArrayLike,

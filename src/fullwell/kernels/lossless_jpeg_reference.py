@@ -14,7 +14,7 @@ def decode_scan_plain(
     predictor: int,
     shift: int,
 ) -> NDArray[np.uint16]:
-    """Do what `lossless_jpeg.decode_lines` does, one sample at a time, for whole scans only, point transform included."""
+    """Do what `lossless_jpeg.decode_lines` does, one sample at a time, for whole scans, with their point transform."""
     coded = data.replace(b"\xff\x00", b"\xff")
     bits = "".join(f"{byte:08b}" for byte in coded)
     codes = [_codes(counts, categories) for counts, categories in tables]

@@ -11,7 +11,7 @@ from fullwell.figures.conversions import to_electrons
 from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.ratios import Ratio
 from fullwell.figures.results import Column, Curve, Row
-from fullwell.figures.saturation import GRID_LIMITED, LOWER_BOUND, SaturationLevel, plateau, temporal_variance_peak
+from fullwell.figures.saturation import LOWER_BOUND, SaturationLevel, plateau, temporal_variance_peak
 from fullwell.figures.snr import snr_curve, snr_maximum
 from fullwell.findings import Finding, Severity
 from fullwell.glossary import SNR_THRESHOLDS
@@ -53,7 +53,7 @@ def measure_range(
         peak, top = _saturation(level, flats)
         model = _noise_model(transfer, models)
         rows += _saturation_rows(bursts, level.channel, system_gain, peak, top)
-        rows += _ratio_rows(bursts, transfer.channel, model, peak)
+        rows += ratio_rows(bursts, transfer.channel, model, peak, thresholds=SNR_THRESHOLDS)
         curves.append(_snr_curve(bursts, transfer, model, peak))
         if LOWER_BOUND in peak.flags:
             short.append(level.channel)
@@ -130,8 +130,11 @@ def _in_electrons(found: SaturationLevel, system_gain: Measured) -> Measured:
     return to_electrons(found.signal, system_gain)
 
 
-def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: SaturationLevel) -> tuple[Row, ...]:
-    flags = tuple(flag for flag in peak.flags if flag in {LOWER_BOUND, GRID_LIMITED})
+def ratio_rows(
+    bursts: IsoBursts, channel: str, model: NoiseModel, peak: SaturationLevel, *, thresholds: Sequence[float]
+) -> tuple[Row, ...]:
+    """Return the SNR at saturation, and the dynamic range down to each threshold of it."""
+    flags = peak.bound_flags
     write = RowWriter(bursts=bursts).row
     rows: list[Row] = []
     try:
@@ -143,9 +146,9 @@ def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: Satura
             recommended = method == "noise-model"
             rows += [
                 write("snr_max", channel, method, measured, source="METHOD 7", flags=flags, recommended=recommended)
-                for measured in _bounded(peak, found.decibel, found.plain)
+                for measured in peak.bounded(found.decibel, found.plain)
             ]
-    for threshold in SNR_THRESHOLDS:
+    for threshold in thresholds:
         found = _range(model, peak, threshold)
         if found is not None:
             rows += [
@@ -159,16 +162,9 @@ def _ratio_rows(bursts: IsoBursts, channel: str, model: NoiseModel, peak: Satura
                     flags=flags,
                     recommended=True,
                 )
-                for measured in _bounded(peak, found.decibel, found.stops, found.plain)
+                for measured in peak.bounded(found.decibel, found.stops, found.plain)
             ]
     return tuple(rows)
-
-
-def _bounded(peak: SaturationLevel, *figures: Measured) -> tuple[Measured, ...]:
-    """Return the figures, without an interval where saturation was not reached: then they are lower bounds."""
-    if LOWER_BOUND in peak.flags:
-        return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
-    return figures
 
 
 def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio | None:

@@ -22,7 +22,7 @@ from fullwell.statistics.chart import PatchPoint
 from fullwell.units import Measured
 from fullwell.workflow.measure.chart.levels import ChartLevels
 from fullwell.workflow.measure.chart.noise_model import ChartModel
-from fullwell.workflow.measure.chart.ranges import THRESHOLDS, ChannelRange, bound_flags, bounded, noise_of
+from fullwell.workflow.measure.chart.ranges import THRESHOLDS, ChannelRange, noise_of
 from fullwell.workflow.measure.chart.shots import Shots
 from fullwell.workflow.measure.section import RowWriter, Section
 
@@ -125,10 +125,10 @@ def _camera_rows(shots: Shots, model: ChartModel, found: ChannelRange, flare: Ch
                 measured,
                 source="METHOD 7",
                 snr_threshold=threshold,
-                flags=bound_flags(found),
+                flags=found.peak.bound_flags,
                 recommended=True,
             )
-            for measured in bounded(found, reach.decibel, reach.stops)
+            for measured in found.peak.bounded(reach.decibel, reach.stops)
         ]
     return tuple(rows)
 
@@ -155,7 +155,7 @@ def _black_patch_rows(
             reach = iso15739_like(found.peak.signal, patch_variance(noise_of(shots, point), dof), flare_dn=stray)
         except ValueError:
             continue
-        flags = {*bound_flags(found), *(() if shots.has_bursts else ("mixed",))}
+        flags = {*found.peak.bound_flags, *(() if shots.has_bursts else ("mixed",))}
         rows += [
             RowWriter(bursts=shots.bursts).row(
                 "camera_dynamic_range",
@@ -168,7 +168,7 @@ def _black_patch_rows(
                 flags=flags,
                 recommended=region is None,
             )
-            for measured in bounded(found, reach.decibel, reach.stops)
+            for measured in found.peak.bounded(reach.decibel, reach.stops)
         ]
     return tuple(rows)
 

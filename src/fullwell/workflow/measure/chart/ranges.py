@@ -8,18 +8,15 @@ from numpy.typing import NDArray
 
 from fullwell.figures.camera_dynamic_range import QUALITY_DECIBELS
 from fullwell.figures.conversions import to_electrons
-from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.results import Row
 from fullwell.figures.saturation import (
     ADC_LIMITED,
-    GRID_LIMITED,
     LOWER_BOUND,
     SaturationLevel,
     last_consistent_level,
     plateau,
     temporal_variance_peak,
 )
-from fullwell.figures.snr import snr_maximum
 from fullwell.findings import Finding, Severity
 from fullwell.fit.gamma_likelihood import signed_deviance
 from fullwell.fit.legacy.chart import legacy_max_noise_patch, legacy_patch_range
@@ -29,6 +26,7 @@ from fullwell.units import DN, DN_PER_ELECTRON, ELECTRON, Measured
 from fullwell.workflow.measure.chart.levels import ChartLevels
 from fullwell.workflow.measure.chart.noise_model import ChartModel
 from fullwell.workflow.measure.chart.shots import Shots
+from fullwell.workflow.measure.dynamic_range import NoiseModel, ratio_rows
 from fullwell.workflow.measure.section import RowWriter, Section
 
 THRESHOLDS = tuple(10.0 ** (decibel / 20.0) for decibel in QUALITY_DECIBELS)
@@ -74,7 +72,8 @@ def measure_ranges(
         found = _saturation(shots, levels, model, points, signal)
         ranges.append(found)
         rows += _saturation_rows(shots, model, found)
-        rows += ratio_rows(shots, model, found)
+        noise = NoiseModel(coefficients=model.coefficients, covariance=model.covariance, dof=model.fit.dof)
+        rows += ratio_rows(shots.bursts, model.channel, noise, found.peak, thresholds=THRESHOLDS)
         rows += _legacy_rows(shots, model, points, signal)
     return Section(rows=tuple(rows), findings=_findings(shots, ranges)), tuple(ranges)
 
@@ -165,63 +164,6 @@ def _in_electrons(signal: Measured, system_gain: Measured) -> Measured:
     if signal.std_error is None:
         return signal.scaled(1.0 / system_gain.value, ELECTRON)
     return to_electrons(signal, system_gain)
-
-
-def ratio_rows(shots: Shots, model: ChartModel, found: ChannelRange) -> tuple[Row, ...]:
-    """Return the SNR at saturation and the dynamic range at every quality level."""
-    write = RowWriter(bursts=shots.bursts).row
-    flags = bound_flags(found)
-    rows: list[Row] = []
-    arguments = (model.coefficients, model.covariance, found.peak.signal)
-    try:
-        maximum = snr_maximum(*arguments, dof=model.fit.dof)
-    except ValueError:
-        maximum = None
-    if maximum is not None:
-        for method, one in (("noise-model", maximum.total), ("shot-only", maximum.shot_only)):
-            rows += [
-                write(
-                    "snr_max",
-                    model.channel,
-                    method,
-                    measured,
-                    source="METHOD 7",
-                    flags=flags,
-                    recommended=method == "noise-model",
-                )
-                for measured in bounded(found, one.decibel, one.plain)
-            ]
-    for threshold in THRESHOLDS:
-        try:
-            reach = dynamic_range(*arguments, snr=threshold, dof=model.fit.dof).range
-        except ValueError:
-            continue
-        rows += [
-            write(
-                "dynamic_range",
-                model.channel,
-                "noise-model",
-                measured,
-                source="METHOD 7",
-                snr_threshold=threshold,
-                flags=flags,
-                recommended=True,
-            )
-            for measured in bounded(found, reach.decibel, reach.stops, reach.plain)
-        ]
-    return tuple(rows)
-
-
-def bound_flags(found: ChannelRange) -> tuple[str, ...]:
-    """Return ``lower-bound`` where saturation was not reached, ``grid-limited`` where patches bracket it."""
-    return tuple(flag for flag in found.peak.flags if flag in {LOWER_BOUND, GRID_LIMITED})
-
-
-def bounded(found: ChannelRange, *figures: Measured) -> tuple[Measured, ...]:
-    """Return figures, without an interval where they are lower bounds."""
-    if LOWER_BOUND in found.peak.flags:
-        return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
-    return figures
 
 
 def _legacy_rows(

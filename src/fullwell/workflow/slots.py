@@ -28,8 +28,8 @@ from fullwell.workflow.stream import Stream, Told, streams
 
 AnyStream = Stream | CodedStream | DecodedStream | SegmentStream
 
-MOST_FRAMES: Final = 32
-"""Files that are open at once: the more, the more rarely sums go to memory and back."""
+MOST_FRAMES: Final = 16
+"""Files that are open at once: the more, the more rarely sums go to memory and back, until strips leave the cache."""
 _LINE: Final = 64
 """Of the cache: where files and mosaics begin [byte]."""
 _PIECE: Final = 1 << 18

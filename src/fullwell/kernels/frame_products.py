@@ -89,7 +89,7 @@ def add_frame_products(stack: Stack, band: Band, totals: NDArray[np.uint64]) -> 
         for start in stack.starts:
             highest = max(highest, _highest(stack.codes[start + left : start + right]))
         room = 0xFFFFFFFF // (highest * highest)
-        step = room if room >= _PIECE else _PIECE
+        step = max(room, _PIECE)
         for first in range(left, right, step):
             at, n = stack.starts + first, min(step, right - first)
             if room >= _PIECE:

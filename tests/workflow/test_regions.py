@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -34,15 +35,16 @@ def test_the_crop_is_in_the_middle_and_its_tiles_do_not_overlap() -> None:
     assert len({(tile.x // 64, tile.y // 64) for tile in tiles}) == 16
 
 
-def test_a_corner_tile_of_one_pixel_tells_nothing_and_spoils_nothing(tmp_path: Path) -> None:
-    """At 97 by 65 pixels and tiles of 8 the last tile has one pixel: it knows no variance."""
+@pytest.mark.parametrize("shape", [(65, 97), (25, 25)])
+def test_a_corner_tile_of_one_pixel_tells_nothing_and_spoils_nothing(tmp_path: Path, shape: tuple[int, int]) -> None:
+    """At 97 by 65 pixels and tiles of 8 the last tile has one pixel: it knows no variance; at 25 it is a region."""
     rng = np.random.default_rng(0)
     for kind, electrons in (("bias", 0.0), ("flat", 400.0), ("flat", 800.0)):
         exposure = 0.0001 if kind == "bias" else electrons / 4000.0
         folder = tmp_path / "study" / kind / "ISO_100"
         folder.mkdir(parents=True, exist_ok=True)
         for number in range(4):
-            codes = np.rint(64.0 + rng.normal(electrons, np.sqrt(9.0 + electrons), (65, 97)))
+            codes = np.rint(64.0 + rng.normal(electrons, np.sqrt(9.0 + electrons), shape))
             write_dng(
                 folder / f"{kind}_exp{round(exposure * 1e6):09d}us_{number}.dng",
                 codes.clip(0, 4095).astype(np.uint16),

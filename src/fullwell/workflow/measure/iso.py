@@ -17,6 +17,7 @@ from fullwell.workflow.measure.dynamic_range import measure_range
 from fullwell.workflow.measure.emva.measure import measure_emva, with_recommendations
 from fullwell.workflow.measure.histograms import histogram_curves
 from fullwell.workflow.measure.levels import ChannelLevels, measure_levels
+from fullwell.workflow.measure.light import lit_flats, unlit_findings
 from fullwell.workflow.measure.noise_coefficients import measure_noise_coefficients
 from fullwell.workflow.measure.noise_regions import measure_noise_regions
 from fullwell.workflow.measure.nonuniformity import ChannelPattern, look_at_maps, measure_nonuniformity
@@ -107,7 +108,8 @@ def measure_iso(
 def _measured(
     study: Study, bursts: IsoBursts, whites: tuple[WhiteLevel, ...], workers: int, maps_made: MapsMade | None
 ) -> tuple[IsoMeasurement, Processing]:
-    bursts, unlit_findings = usable_unlit(bursts, whites)
+    bursts, unusable = usable_unlit(bursts, whites)
+    bursts, without_light = lit_flats(bursts)
     uses = code_uses(bursts)
     bursts = replace(bursts, code_steps=code_steps(uses))
     again = read_again(bursts, whites, workers=workers)
@@ -127,7 +129,7 @@ def _measured(
     in_dn = (*noise_section.rows, *dark_section.rows, *pattern_sections[0].rows)
     section = joined(
         (
-            Section(findings=unlit_findings),
+            Section(findings=(*unusable, *without_light, *unlit_findings(bursts))),
             levels_section,
             noise_section,
             measure_noise_regions(bursts),

@@ -53,7 +53,7 @@ def measure_noise_regions(bursts: IsoBursts) -> Section:
 
 
 def _regions(plane: PlaneStatistics, cell: int) -> tuple[_RegionNoise, ...]:
-    """Pool the tiles of each cell of a grid of 4 x 4 that tell something; nothing with fewer tiles, or without noise."""
+    """Pool the tiles of each cell of a grid of 4 x 4 that tell something; nothing with fewer tiles or without noise."""
     tiles = plane.tiles
     if min(tiles.n.shape) < ACROSS or plane.frames < 2 or plane.temporal_variance <= 0.0:
         return ()

@@ -103,11 +103,8 @@ def _read(
         stated, said_by = headerless or stored_as(facts, size=size)
         known = candidate.headers if stated is None else ()
         headers = known or read_headers(candidate.path, headerless=stated, said_by=said_by)
-    except RawFileError as error:
-        return (Exclusion(name=candidate.name, code=error.code, reason=error.message),)
-    except OSError as error:
-        reason = f"the file cannot be read ({error.strerror or error})"
-        return (Exclusion(name=candidate.name, code="file-unreadable", reason=reason),)
+    except (RawFileError, OSError) as error:
+        return (Exclusion.of(candidate.name, error),)
     return tuple(
         _outcome(
             header,

@@ -3,8 +3,9 @@
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
+from fullwell.errors import RawFileError
 from fullwell.findings import Finding
 from fullwell.frames.campaign import Campaign
 from fullwell.raw.image import Levels, RawHeader
@@ -171,6 +172,16 @@ class Exclusion:
     name: str
     code: str
     reason: str
+
+    @classmethod
+    def of(cls, name: str, error: RawFileError | OSError) -> Self:
+        """Return a file that could not be read or decoded."""
+        if isinstance(error, RawFileError):
+            return cls(name=name, code=error.code, reason=error.message)
+        if isinstance(error, FileNotFoundError):
+            return cls(name=name, code="file-missing", reason="the file does not exist")
+        reason = f"the file cannot be read ({error.strerror or error})"
+        return cls(name=name, code="file-unreadable", reason=reason)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

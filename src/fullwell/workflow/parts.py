@@ -52,7 +52,7 @@ class Record:
 
     def exclude(self, frame: Frame, error: RawFileError | OSError) -> None:
         """Leave a frame out, and keep why."""
-        self.excluded.append(_exclusion(frame, error))
+        self.excluded.append(Exclusion.of(frame.name, error))
         self._hear(frame)
 
     def good(self, frames: Iterable[Frame]) -> tuple[Frame, ...]:
@@ -183,12 +183,3 @@ def _burst_again(series: Series, names: Sequence[str], layout: Layout, slots: Sl
             finally:
                 slots.clear()
     return burst_sums(sums.moments)
-
-
-def _exclusion(frame: Frame, error: RawFileError | OSError) -> Exclusion:
-    if isinstance(error, RawFileError):
-        return Exclusion(name=frame.name, code=error.code, reason=error.message)
-    if isinstance(error, FileNotFoundError):
-        return Exclusion(name=frame.name, code="file-missing", reason="the file does not exist")
-    reason = f"the file cannot be read ({error.strerror or error})"
-    return Exclusion(name=frame.name, code="file-unreadable", reason=reason)

@@ -158,14 +158,8 @@ def _look(one: tuple[Series, Frame], *, scene: Placed, masked: bool, progress: P
         data = read_bytes(frame.header)
         mosaic = decode(frame.header, data)
         margins = masked_sums(frame.header, data) if masked else ()
-    except RawFileError as error:
-        return Exclusion(name=frame.name, code=error.code, reason=error.message)
-    except OSError as error:
-        return Exclusion(
-            name=frame.name,
-            code="file-unreadable",
-            reason=f"the file cannot be read ({error.strerror or error})",
-        )
+    except (RawFileError, OSError) as error:
+        return Exclusion.of(frame.name, error)
     cfa = frame.header.cfa or "mono"
     cuts = cut_patches(mosaic, scene.patches)
     look = _Look(

@@ -19,7 +19,7 @@ from fullwell.findings import Finding, Severity, listed
 from fullwell.fit.legacy.read_noise import ReadNoiseRepeats, read_noise_repeats
 from fullwell.fit.legacy.shading_map import LegacyMap
 from fullwell.fit.legacy.std_line import StdLine, fit_std_line
-from fullwell.frames.series import Frame
+from fullwell.frames.series import Exclusion, Frame
 from fullwell.raw.open import decode, read_bytes
 from fullwell.statistics.burst import LEGACY_FRAMES
 from fullwell.statistics.single_frames import corrected_std, frame_products
@@ -208,10 +208,8 @@ class _Look:
     def _mosaic(self, frame: Frame) -> NDArray[np.uint16] | None:
         try:
             return self._decoded(frame)
-        except RawFileError as error:
-            self._failed[frame.name] = error.message.rstrip(".")
-        except OSError as error:
-            self._failed[frame.name] = f"the file cannot be read ({error.strerror or error})"
+        except (RawFileError, OSError) as error:
+            self._failed[frame.name] = Exclusion.of(frame.name, error).reason.rstrip(".")
         finally:
             if self._progress is not None:
                 self._progress.advance()

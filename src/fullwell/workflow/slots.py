@@ -294,13 +294,10 @@ def hash_of(header: RawHeader) -> str:
 
     """
     digest = xxh3_128()
-    piece = memoryview(bytearray(_PIECE))
     start, stop = header.extent or (0, None)
     with header.path.open("rb", buffering=0) as file:
         at = file.seek(start)
-        while (stop is None or at < stop) and (
-            count := file.readinto(piece if stop is None else piece[: min(_PIECE, stop - at)])
-        ):
-            digest.update(piece[:count])
-            at += count
+        while piece := file.read(_PIECE if stop is None else min(_PIECE, stop - at)):
+            digest.update(piece)
+            at += len(piece)
     return digest.hexdigest()

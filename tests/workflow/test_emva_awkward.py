@@ -25,8 +25,10 @@ def campaign(
     system_gain: float = 0.4,
     change: Callable[[np.ndarray], np.ndarray] = np.asarray,
     stack: int = 0,
+    efficiency: float = 0.6,
+    light: float = 1.0,
 ) -> Path:
-    """Take pairs at 1 ms per 1000 electrons, 12 bit, black 60 DN, dark noise 2.4 electrons."""
+    """Take pairs at 1 ms per 1000 electrons, a share of which arrives, 12 bit, black 60 DN, noise 2.4 electrons."""
     rng = np.random.default_rng(7)
     lines: list[str] = []
     folder.mkdir()
@@ -40,7 +42,7 @@ def campaign(
             lines.append(f"i {name}{number}.png")
 
     for charge in electrons:
-        block(f"b {1000 * charge} {charge / 0.6}", f"b{charge:g}_", charge)
+        block(f"b {1000 * charge} {charge / efficiency}", f"b{charge:g}_", light * charge)
         block(f"d {1000 * charge}", f"d{charge:g}_", 0.0)
     if stack:
         block("b 5000000 8333.4", "bs", 5000.0, frames=stack)
@@ -123,3 +125,17 @@ def test_what_is_missing_of_every_channel_is_said_once(tmp_path: Path) -> None:
     said = [one.message for one in results.findings if one.code == "emva-not-given" and "system gain" in one.message]
     assert said
     assert all("not given for R, G1, G2, B at unknown ISO: " in message for message in said)
+
+
+def test_more_electrons_than_photons_are_said(tmp_path: Path) -> None:
+    assert "emva-efficiency" not in codes(measured(campaign(tmp_path / "all", efficiency=0.9)))
+    results = measured(campaign(tmp_path / "units", efficiency=600.0))
+    (finding,) = (one for one in results.findings if one.code == "emva-efficiency")
+    (row,) = rows(results, "quantum_efficiency")
+    assert f"mono {row.measured.value:.4g} %" in finding.message
+
+
+def test_nothing_is_made_of_a_campaign_without_light(tmp_path: Path) -> None:
+    results = measured(campaign(tmp_path / "covered", light=0.0))
+    assert {"flats-without-light", "emva-nothing"} <= codes(results)
+    assert not {"system_gain", "saturation_capacity", "quantum_efficiency"} & {row.quantity for row in results.rows}

@@ -94,22 +94,24 @@ def measure_iso(
 
     """
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
+    usable, unusable = usable_unlit(bursts, whites)
+    usable, without_light = lit_flats(usable)
+    said = Section(findings=(*unusable, *without_light, *unlit_findings(usable)))
     with one_algebra_thread(), ThreadPoolExecutor(1) as pool:
-        if not profiles:
-            return _measured(study, bursts, whites, workers, maps_made)[0]
-        evaluate = partial(measure_emva, study, bursts, whites, profiles=profiles)
-        beside = pool.submit(evaluate) if workers > 1 else None
-        measurement, processing = _measured(study, bursts, whites, workers, maps_made)
-        own, emva = measurement.section, evaluate() if beside is None else beside.result()
-        marked = replace(emva, rows=processing.marked(with_recommendations(own.rows, emva.rows)))
-        return replace(measurement, section=joined((own, marked)))
+        evaluate = partial(measure_emva, study, replace(bursts, flats=usable.flats), whites, profiles=profiles)
+        beside = pool.submit(evaluate) if profiles and workers > 1 else None
+        measurement, processing = _measured(study, usable, whites, workers, maps_made)
+        parts = [said, measurement.section]
+        if profiles:
+            emva = evaluate() if beside is None else beside.result()
+            rows = processing.marked(with_recommendations(measurement.section.rows, emva.rows))
+            parts.append(replace(emva, rows=rows))
+        return replace(measurement, section=joined(parts))
 
 
 def _measured(
     study: Study, bursts: IsoBursts, whites: tuple[WhiteLevel, ...], workers: int, maps_made: MapsMade | None
 ) -> tuple[IsoMeasurement, Processing]:
-    bursts, unusable = usable_unlit(bursts, whites)
-    bursts, without_light = lit_flats(bursts)
     uses = code_uses(bursts)
     bursts = replace(bursts, code_steps=code_steps(uses))
     again = read_again(bursts, whites, workers=workers)
@@ -129,7 +131,6 @@ def _measured(
     in_dn = (*noise_section.rows, *dark_section.rows, *pattern_sections[0].rows)
     section = joined(
         (
-            Section(findings=(*unusable, *without_light, *unlit_findings(bursts))),
             levels_section,
             noise_section,
             measure_noise_regions(bursts),

@@ -251,6 +251,6 @@ def missing(fits: LinearFits) -> Iterator[str]:
     if fits.linearity is None:
         yield "linearity error: fewer than two steps between 5 and 95 % of saturation, or no exposure to plot against"
     if fits.gate is None:
-        yield "the test whether one system gain describes the camera: it needs 12 steps, better 50"
+        yield "the test whether one system gain describes the camera: fewer than 12 steps up to saturation, better 50"
     if fits.darks.lines is None:
         yield "dark current: darks at one exposure only"

@@ -1,6 +1,6 @@
 """One ISO evaluated by a profile: every channel is a camera of its own."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from fullwell.errors import UsageError
@@ -44,8 +44,24 @@ def profiles_named(text: str) -> tuple[str, ...]:
 def measure_emva(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, profiles: Sequence[str]) -> Section:
     """Evaluate the bursts of one ISO by each of some profiles."""
     found = joined([_measured(study, bursts, whites, profile=profile) for profile in profiles])
-    every = dict.fromkeys((*temperature_findings(bursts), *found.findings))
+    every = dict.fromkeys((*temperature_findings(bursts), *_too_few_photons(bursts, found.rows), *found.findings))
     return replace(found, findings=_over_channels(bursts, every))
+
+
+def _too_few_photons(bursts: IsoBursts, rows: Iterable[Row]) -> Iterator[Finding]:
+    """Say where more electrons than photons are counted, beyond the error where there is one."""
+    efficiencies: dict[str, float] = {}
+    for row in rows:
+        measured = row.measured
+        if row.quantity == "quantum_efficiency" and (measured.ci95 or (measured.value,))[0] > 100.0:
+            efficiencies.setdefault(row.channel, measured.value)
+    if efficiencies:
+        told = ", ".join(f"{channel} {value:.4g} %" for channel, value in efficiencies.items())
+        message = (
+            f"no camera has such a quantum efficiency at {bursts.label}: {told}. The photons that were given are too "
+            "few; check irradiance, wavelength, pixel area, and the units of all these and of the exposures"
+        )
+        yield Finding(code="emva-efficiency", severity=Severity.WARNING, message=message)
 
 
 def _over_channels(bursts: IsoBursts, findings: Iterable[Finding]) -> tuple[Finding, ...]:

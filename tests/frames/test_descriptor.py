@@ -118,6 +118,14 @@ def test_says_what_is_wrong_in_which_line(write: Write, old: str, new: str, line
     assert reason in str(caught.value)
 
 
+@pytest.mark.parametrize("mark", ['"', "'"])
+def test_quotation_marks_are_no_part_of_a_path(tmp_path: Path, mark: str) -> None:
+    path = tmp_path / "campaign.txt"
+    path.write_text(EXAMPLE.replace("i img\\s00_a.png", f"i {mark}img\\s00_a.png{mark}"))
+    with pytest.raises(UsageError, match=r"line 5: .* stands in quotation marks"):
+        read_descriptor(path)
+
+
 def test_a_missing_image_is_named_with_its_line(write: Write) -> None:
     path = write(EXAMPLE, skip="img\\p50_001.png")
     with pytest.raises(UsageError, match=r"line 16: the image img/p50_001.png does not exist"):

@@ -157,6 +157,8 @@ class _Parser:
             self._blocks.append(Block(line=line, exposure_ns=exposure_ns, photons=photons))
 
     def _image(self, line: int, name: str) -> None:
+        if name[0] in "\"'" and name[-1] == name[0]:
+            self._refuse(line, f"{name} stands in quotation marks, which would be part of its name; leave them out")
         if not self._open:
             self._refuse(line, "an image must follow a b or d line, or another image")
         last = self._blocks[-1]

@@ -118,7 +118,7 @@ def source_of(path: Path, *, headerless: bool = False) -> Source:
         return read_descriptor(path)
     raise UsageError(
         f"{path} is a single file, not a study. Give the folder that holds the capture folders (dark, flat, bias ...), "
-        "a study.toml or an EMVA 1288 descriptor; `fullwell inspect` tells what a single raw file is."
+        "a study.toml or an EMVA 1288 descriptor (a text in UTF-8); `fullwell inspect` tells what a single raw file is."
     )
 
 

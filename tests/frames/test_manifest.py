@@ -58,11 +58,18 @@ def test_a_manifest_outranks_names_and_metadata(tmp_path: Path, make_dng: MakeFr
         ('[camera]\ncfa = "RGBG"\n[[series]]\nkind = "flat"\nfiles = ["a.tif"]\n', ["camera.cfa", "RGGB", "mono"]),
         ('[camera]\niso = 5\n[[series]]\nkind = "flat"\nfiles = ["a.tif"]\n', ["camera.iso", "base_iso"]),
         ('[[serie]]\nkind = "flat"\n', ["serie", "[[series]]"]),
-        (f'[camera]\nblack_level = [1, "x"]\n{_ONE}', ["camera.black_level[2]", '"x"', "should be number"]),
+        (f'[camera]\nblack_level = [1, "x"]\n{_ONE}', ["camera.black_level[2]", '"x"', "should be a number"]),
         (f"[camera]\nblack_level = []\n{_ONE}", ["camera.black_level = []", "at least 1 item"]),
         (f"[camera]\nblack_level = -1\n{_ONE}", ["camera.black_level = -1", "greater than or equal to 0"]),
         (f"[camera]\nblack_level = nan\n{_ONE}", ["camera.black_level = nan"]),
         (f"[camera]\nwhite_level = inf\n{_ONE}", ["camera.white_level = inf", "less than or equal to 65535"]),
+        (
+            '[[series]]\nkind = "flat"\nfiles = []\n',
+            ["series[1].files = [] is not allowed: it should have at least 1 item."],
+        ),
+        ("[camera]\nbit_depth = 8.5\n" + _ONE, ["camera.bit_depth = 8.5 is not allowed: it should be an integer."]),
+        ('[[series]]\nkind = "dark"\nfiles = ["a.tif"]\nphotons = 9.0\n', ["series[1] is dark", "no light"]),
+        ('[[series]]\nkind = "bias"\nfiles = ["a.tif"]\nirradiance_uw_cm2 = 1.0\n', ["series[1] is bias", "no light"]),
         ("[camera\n", ["TOML"]),
     ],
 )
@@ -81,7 +88,13 @@ def test_a_level_that_is_no_number_is_refused_in_one_sentence(tmp_path: Path) ->
     path = written(tmp_path, f'[camera]\nblack_level = "x"\n{_ONE}')
     with pytest.raises(UsageError) as caught:
         read_manifest(path)
-    assert str(caught.value) == f'{path}: camera.black_level = "x" is not allowed: it should be number.'
+    assert str(caught.value) == f'{path}: camera.black_level = "x" is not allowed: it should be a number.'
+
+
+def test_a_mark_of_byte_order_is_no_part_of_it(tmp_path: Path, make_tiff: MakeFrame) -> None:
+    make_tiff(tmp_path / "a.tif")
+    path = written(tmp_path, "\ufeff" + _ONE)
+    assert len(read_manifest(path).candidates) == 1
 
 
 def test_a_file_belongs_to_one_series(tmp_path: Path, make_tiff: MakeFrame) -> None:

@@ -45,6 +45,10 @@ def read_manifest(path: Path) -> Source:
     candidates: list[Candidate] = []
     listed: dict[str, int] = {}
     for number, table in enumerate(manifest.series, start=1):
+        if table.kind in {Kind.DARK, Kind.BIAS} and (table.photons or table.irradiance_uw_cm2):
+            raise UsageError(
+                f"{path}: series[{number}] is {table.kind}, where there is no light; leave its photons out."
+            )
         given = Given(**table.model_dump(exclude={"kind", "files"}))
         for name in _matches(table.files, root=root, where=f"{path}: series[{number}].files"):
             if name in listed:

@@ -166,7 +166,7 @@ def validated(model: type[_Table], path: Path) -> _Table:
     """
     form = "JSON" if path.suffix.lower() == ".json" else "TOML"
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         document = json.loads(text) if form == "JSON" else tomllib.loads(text)
     except OSError as error:
         raise UsageError(f"Cannot read {path}: {error.strerror}.") from error
@@ -192,8 +192,9 @@ def _sentence(loc: Sequence[int | str], message: str, value: object, reason: str
         return f"{key} is missing."
     if reason == "extra_forbidden":
         return f"{key} is not a key of the manifest; {_allowed_keys(loc)}."
-    wish = message.removeprefix("Input should be ").removeprefix("a valid ")
-    return f"{key} = {toml_value(value)} is not allowed: it should be {wish}."
+    wish = message.removeprefix("Input ").removeprefix("List ").partition(" after validation")[0]
+    wish = wish.replace("a valid integer", "an integer").replace("a valid ", "a ")
+    return f"{key} = {toml_value(value)} is not allowed: it {wish}."
 
 
 def _allowed_keys(loc: Sequence[int | str]) -> str:

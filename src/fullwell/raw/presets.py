@@ -78,7 +78,7 @@ def read_presets(path: Path | None = None) -> dict[str, HeaderlessFormat]:
     """
     where = path or presets_path()
     try:
-        document = tomllib.loads(where.read_text(encoding="utf-8"))
+        document = tomllib.loads(where.read_text(encoding="utf-8-sig"))
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except OSError as error:

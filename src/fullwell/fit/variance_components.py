@@ -5,6 +5,7 @@ and every other variance of the layout as a linear combination: the temporal var
 grand mean.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -68,7 +69,7 @@ class GrandMeanVariance:
 def degrees_of_freedom(shape: tuple[int, int, int]) -> Mapping[str, int]:
     """Return the degrees of freedom of each mean square for T frames, M rows, N columns."""
     edges = dict(zip("tvh", (size - 1 for size in shape), strict=True))
-    return {effect: int(np.prod([edges[letter] for letter in effect])) for effect in EFFECTS}
+    return {effect: math.prod(edges[letter] for letter in effect) for effect in EFFECTS}
 
 
 def variance_components(mean_squares: MeanSquares, shape: tuple[int, int, int]) -> VarianceComponents:
@@ -155,7 +156,7 @@ def grand_mean_variance(mean_squares: MeanSquares, shape: tuple[int, int, int]) 
         T frames (at least two), M rows, N columns.
 
     """
-    values = int(np.prod(shape))
+    values = math.prod(shape)
     return GrandMeanVariance(
         total=combined(mean_squares, shape, _over(values, t=1, v=1, h=1, tv=-1, th=-1, vh=-1, tvh=1)),
         temporal=combined(mean_squares, shape, _over(values, t=1)),

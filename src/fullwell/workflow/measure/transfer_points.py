@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.fit.correlated_noise import dof_divisor
-from fullwell.fit.variance_components import variance_components
+from fullwell.fit.variance_components import component
 from fullwell.statistics.series import PlaneStatistics, TileStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
@@ -109,12 +109,12 @@ def correlation_inflation(plane: PlaneStatistics, variance_dn2: float) -> float:
         Temporal variance of the point in question [DN^2].
 
     """
-    parts = variance_components(plane.mean_squares, plane.shape)
+    rows, columns = (component(effect, plane.mean_squares, plane.shape).value for effect in ("tv", "th"))
     return dof_divisor(
         rows=plane.rows,
         columns=plane.columns,
-        row_share=parts.tv.value / variance_dn2,
-        column_share=parts.th.value / variance_dn2,
+        row_share=rows / variance_dn2,
+        column_share=columns / variance_dn2,
     )
 
 

@@ -37,7 +37,7 @@ def test_two_frames_need_no_maps(
     batch = Batch(("a", "b"), stack)
     with_maps.look_at_pair(batch)
     with_maps.add(batch)
-    without.add_only_two(batch)
+    without.add_only_two(batch, pairs=True)
     without.look_at_pair(batch)
     assert_same(without.finish(), with_maps.finish())
 

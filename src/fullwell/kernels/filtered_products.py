@@ -1,6 +1,7 @@
 """Two frames, each passed through the high-pass filter, multiplied pixel by pixel and added up, in whole numbers.
 
-The filter is that of `high_pass`, times 308^2. Some columns at a time go down the frames. Sums of 7 along a row have
+The filter is that of `high_pass`, times 308^2. Some columns at a time go down the frames, or down those rows of them
+that are in memory, once what is kept of the rows above is there. Sums of 7 along a row have
 room in 16 bits; what follows wraps around at 2^32, which leaves the filtered rows exact. What is kept lies in one
 array, in parts of a constant size: so the compiler sees that parts do not overlap, and works on eight columns at once.
 """
@@ -33,19 +34,19 @@ _ALONG: Final = 6 * _PART
 _SUMS: Final = 7 * _PART
 
 
-class _Kept(NamedTuple):
-    """What is kept of the rows of a frame that were passed.
+class PassedRows(NamedTuple):
+    """What is kept of the rows of two frames that were passed, by block of columns and frame.
 
     Parameters
     ----------
     sums
-        The parts, modulo 2^32, shape (7 * _PART,).
+        The parts, modulo 2^32, shape (blocks, 2, 7 * _PART).
     sevens
-        Sums of 7 along the last 8 rows, shape (8, _PART).
+        Sums of 7 along the last 8 rows, shape (blocks, 2, 8, _PART).
     ring
-        Sums of these down 7 rows, of the last 11 rows, shape (11, _PART).
+        Sums of these down 7 rows, of the last 11 rows, shape (blocks, 2, 11, _PART).
     out
-        The filtered row, shape (_COLUMNS,).
+        The filtered rows, shape (2, _COLUMNS).
 
     """
 
@@ -55,13 +56,44 @@ class _Kept(NamedTuple):
     out: NDArray[np.int32]
 
 
-@njit(cache=True, nogil=True)
-def _nothing_kept() -> _Kept:
-    return _Kept(
-        np.zeros(_SUMS, np.uint32),
-        np.zeros((8, _PART), np.uint16),
-        np.zeros((11, _PART), np.uint32),
-        np.zeros(_COLUMNS, np.int32),
+class _Kept(NamedTuple):
+    """What is kept of some columns of one frame."""
+
+    sums: NDArray[np.uint32]
+    sevens: NDArray[np.uint16]
+    ring: NDArray[np.uint32]
+    out: NDArray[np.int32]
+
+
+class Part(NamedTuple):
+    """Rows of a plane of two frames.
+
+    Parameters
+    ----------
+    first, second
+        Rows that are in memory, shape (rows, N) [DN].
+    begin
+        Which row of the plane they begin with.
+    top, bottom
+        Which are to be filtered; the `REACH` above them, if there are any, must be in memory too.
+
+    """
+
+    first: NDArray[np.uint16]
+    second: NDArray[np.uint16]
+    begin: int
+    top: int
+    bottom: int
+
+
+def nothing_passed(columns: int) -> PassedRows:
+    """Return what is kept before the first row of planes of some columns."""
+    blocks = -(-(columns - 2 * REACH) // _COLUMNS)
+    return PassedRows(
+        np.zeros((blocks, 2, _SUMS), np.uint32),
+        np.zeros((blocks, 2, 8, _PART), np.uint16),
+        np.zeros((blocks, 2, 11, _PART), np.uint32),
+        np.zeros((2, _COLUMNS), np.int32),
     )
 
 
@@ -109,16 +141,16 @@ def _pass_along(x: NDArray[np.uint16], sums: NDArray[np.uint32], out: NDArray[np
 
 
 @njit(cache=True, nogil=True)
-def _pass(frame: NDArray[np.uint16], at: tuple[int, int], lowest: int, kept: _Kept, n: int) -> None:
+def _pass(frame: NDArray[np.uint16], begin: int, at: tuple[int, int], lowest: int, passed: tuple[_Kept, int]) -> None:
     """Bring what is kept of n columns of a frame past a row, and filter the row that lies 9 above."""
-    row, left = at
+    (row, left), (kept, n) = at, passed
     wide = n + 12
     new, old = kept.sevens[row % 8], kept.sevens[(row + 1) % 8]
-    _add_sevens(frame[row, left : left + wide + 6], new, np.uint16(7 * lowest), wide)
+    _add_sevens(frame[row - begin, left : left + wide + 6], new, np.uint16(7 * lowest), wide)
     _pass_down(new, old, kept.ring[row % 11], kept.sums, wide)
     if row >= 2 * REACH:
         first = left + REACH
-        _pass_along(frame[row - REACH, first : first + n], kept.sums, kept.out[:n], np.uint32(lowest))
+        _pass_along(frame[row - begin - REACH, first : first + n], kept.sums, kept.out[:n], np.uint32(lowest))
 
 
 @njit(cache=True, nogil=True)
@@ -136,35 +168,35 @@ def _add_products(a: NDArray[np.int32], b: NDArray[np.int32], totals: NDArray[np
 
 
 @njit(cache=True, nogil=True)
-def add_filtered_products(
-    first: NDArray[np.uint16],
-    second: NDArray[np.uint16],
-    extremes: tuple[int, int],
-    totals: NDArray[np.int64],
-) -> None:
-    """Filter two frames of a plane and add them up, without memory for the filtered frames.
+def add_filtered_products(part: Part, codes: tuple[int, int], passed: PassedRows, totals: NDArray[np.int64]) -> None:
+    """Filter further rows of two frames and add them up, without memory for the filtered frames.
 
     Parameters
     ----------
-    first, second
-        Shape (M, N), at least 20 x 20 [DN].
-    extremes
-        Lowest and highest code, at most `WIDEST_RANGE` apart [DN].
+    part
+        Which rows; parts of a plane, which has at least 20 x 20 pixels, follow each other from the top.
+    codes
+        A code that no other of the plane is below nor by more than `WIDEST_RANGE` above, the same for all parts; and
+        how far those of this part and of what is above it lie apart at most [DN].
+    passed
+        What is kept of the rows above, brought past these.
     totals
         Sum of the products of 308^2 times the filtered frames, as the lower 32 bits and the rest of parts of it, and of
         308^2 times the first and the second, shape (4,), added to.
 
     """
-    rows, columns = first.shape
-    lowest, highest = extremes
-    largest = 308 * 308 * max(1, highest - lowest)
+    lowest, apart = codes
+    largest = 308 * 308 * max(1, apart)
     room = min(_COLUMNS, (2**63 - 1) // (largest * largest))
-    for left in range(0, columns - 2 * REACH, _COLUMNS):
-        n = min(_COLUMNS, columns - 2 * REACH - left)
-        kept_a, kept_b = _nothing_kept(), _nothing_kept()
-        for row in range(rows):
-            _pass(first, (row, left), lowest, kept_a, n)
-            _pass(second, (row, left), lowest, kept_b, n)
+    columns = part.first.shape[1] - 2 * REACH
+    for block in range(passed.sums.shape[0]):
+        left = block * _COLUMNS
+        n = min(_COLUMNS, columns - left)
+        a = _Kept(passed.sums[block, 0], passed.sevens[block, 0], passed.ring[block, 0], passed.out[0])
+        b = _Kept(passed.sums[block, 1], passed.sevens[block, 1], passed.ring[block, 1], passed.out[1])
+        for row in range(part.top, part.bottom):
+            _pass(part.first, part.begin, (row, left), lowest, (a, n))
+            _pass(part.second, part.begin, (row, left), lowest, (b, n))
             if row >= 2 * REACH:
                 for c in range(0, n, room):
-                    _add_products(kept_a.out[c : min(c + room, n)], kept_b.out[c : min(c + room, n)], totals)
+                    _add_products(a.out[c : min(c + room, n)], b.out[c : min(c + room, n)], totals)

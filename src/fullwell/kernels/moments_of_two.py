@@ -5,13 +5,13 @@ D = 2 Q - S^2 = (x - y)^2: nothing needs to be kept of a pixel once its row is p
 `moments_summary`, added up in the same order, so that the bits are the same.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments import add_margins, close_tiles, count_row, count_rows
+from fullwell.kernels.moments import add_margins, close_tiles, count_codes, count_row, count_rows
 from fullwell.kernels.moments_extremes import LIST_ROWS, close_extremes, follow_rows, no_extremes
 from fullwell.kernels.moments_summary import (
     ColumnSums,
@@ -23,6 +23,9 @@ from fullwell.kernels.moments_summary import (
 )
 from fullwell.kernels.narrow_of_two import NarrowSums, fits, narrow_sums, sum_narrow, write_column_sums, write_columns
 from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+
+_FEW: Final = 64
+"""Codes in a row of tiles up to which those of both frames are counted together."""
 
 
 class SumsOfTwo(NamedTuple):
@@ -39,6 +42,10 @@ class SumsOfTwo(NamedTuple):
     differences
         Counts of the absolute difference of the frames, by phase of the row and of the column in a cell of two, shape
         (2, 2, 65536).
+    codes
+        Counts of the codes of some of the frames, likewise.
+    counted
+        Places of these frames.
 
     """
 
@@ -46,6 +53,8 @@ class SumsOfTwo(NamedTuple):
     frames: FrameSums
     columns: ColumnSums
     differences: NDArray[np.int64]
+    codes: NDArray[np.int64]
+    counted: NDArray[np.int64]
 
 
 class _FourRows(NamedTuple):
@@ -77,6 +86,47 @@ def _count_differences(stack: Stack, band: Band, counts: NDArray[np.int64]) -> N
     if (band.bottom - band.top) % 2:
         last = counts[(band.bottom - 1) % 2]
         count_row(buffer[0], last[0], last[1])
+
+
+@njit(cache=True, nogil=True)
+def _write_places(x: NDArray[np.uint16], y: NDArray[np.uint16], low: np.uint16, places: NDArray[np.uint16]) -> None:
+    """Write the place of each two codes in a table of both."""
+    for c in range(x.size):
+        places[c] = np.uint16(np.uint16(np.uint16(x[c] - low) * np.uint16(_FEW)) + np.uint16(y[c] - low))
+
+
+@njit(cache=True, nogil=True)
+def _count_together(stack: Stack, band: Band, extremes: tuple[int, int], found: SumsOfTwo) -> None:
+    """Count codes and differences of a band of few codes by one table of how often each two codes meet."""
+    width, (low, high) = stack.width, extremes
+    tables = np.zeros((2, 2, _FEW * _FEW), np.uint32)
+    places = np.empty(width, np.uint16)
+    for row in range(band.top, band.bottom):
+        at = stack.starts + row * width
+        x, y = stack.codes[at[0] : at[0] + width], stack.codes[at[1] : at[1] + width]
+        _write_places(x, y, np.uint16(low), places)
+        count_row(places, tables[row % 2, 0], tables[row % 2, 1])
+    for phase in range(2):
+        for first in range(2):
+            codes, differences = found.codes[phase, first], found.differences[phase, first]
+            for i in range(high - low + 1):
+                for j in range(high - low + 1):
+                    n = np.int64(tables[phase, first, i * _FEW + j])
+                    codes[low + i] += n
+                    codes[low + j] += n
+                    differences[abs(i - j)] += n
+
+
+@njit(cache=True, nogil=True)
+def _count(stack: Stack, band: Band, found: SumsOfTwo) -> None:
+    """Count the differences of the frames in a band, and the codes of those whose codes are counted."""
+    tile_row = band.top // (band.cell * band.tile)
+    low, high = int(found.series.lowest[:, tile_row].min()), int(found.series.highest[:, tile_row].max())
+    if found.counted.size == 2 and high - low < _FEW:
+        _count_together(stack, band, (low, high), found)
+    else:
+        _count_differences(stack, band, found.differences)
+        count_codes(Stack(stack.codes, stack.starts[found.counted], stack.width), band, found.codes)
 
 
 @njit(cache=True, nogil=True)
@@ -161,25 +211,25 @@ def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums) -
 
 
 @njit(cache=True, nogil=True)
-def sum_two(stack: Stack, whole: Band, polynomials: NDArray[np.float64], found: SumsOfTwo) -> None:
-    """Sum two frames.
+def sum_two(stack: Stack, rows: Band, polynomials: NDArray[np.float64], found: SumsOfTwo) -> None:
+    """Sum some rows of tiles of two frames.
 
     Parameters
     ----------
     stack
         The two frames.
-    whole
-        All rows, and the size of cells and tiles.
+    rows
+        Which rows, and the size of cells and tiles.
     polynomials
         Linear and quadratic polynomial of the row within its tile, by band and phase, shape (2, bands, cell, rows).
     found
         Added to.
 
     """
-    width, cell, step, sums = stack.width, whole.cell, whole.cell * whole.tile, found.columns
+    width, cell, step, sums = stack.width, rows.cell, rows.cell * rows.tile, found.columns
     reference, narrow = np.zeros((cell, width)), narrow_sums(cell, width)
-    for index in range(sums.squares.shape[0]):
-        band = Band(index * step, min((index + 1) * step, whole.bottom), cell, whole.tile)
+    for top in range(rows.top, rows.bottom, step):
+        band, index = Band(top, min(top + step, rows.bottom), cell, rows.tile), top // step
         small = _begin_band(stack, band, narrow, found.series, found.frames)
         _centre(found.frames.tiles, band, reference)
         own = ColumnSums(
@@ -196,4 +246,4 @@ def sum_two(stack: Stack, whole: Band, polynomials: NDArray[np.float64], found: 
             write_column_sums(narrow, band, reference, own)
         else:
             _finish_band(stack, band, Surface(reference, polynomials[0, index], polynomials[1, index]), own)
-        _count_differences(stack, band, found.differences)
+        _count(stack, band, found)

@@ -10,8 +10,9 @@ from fullwell.statistics.batch import Accumulator, Batch
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums, burst_sums
 from fullwell.statistics.finalize import finalize
 from fullwell.statistics.first_look import FirstLook
+from fullwell.statistics.high_pass import SMALLEST_PLANE, PassingPair
 from fullwell.statistics.moments import Layout, Moments
-from fullwell.statistics.pairs import PairStatistics, PairSums, pairs_of
+from fullwell.statistics.pairs import PairStatistics, PairSums, pair_of_sums, pairs_of
 from fullwell.statistics.series import SeriesStatistics
 from fullwell.statistics.tiles import Swept
 from fullwell.statistics.two_frames import add_two
@@ -74,9 +75,28 @@ class Accumulation:
         for addition in additions:
             addition.commit()
 
-    def add_only_two(self, batch: Batch) -> None:
-        """Add two frames, which are all of the series, and keep no sums of single pixels."""
-        self.swept = add_two(self.moments, batch)
+    def add_only_two(self, batch: Batch, *, pairs: bool = False) -> None:
+        """Add two frames, which are all of the series, and keep no sums of single pixels.
+
+        Parameters
+        ----------
+        batch
+            The two frames, which may be read some rows of tiles at a time (`two_frames.add_two`).
+        pairs
+            Whether to look at them as a pair on the way. Where their codes lie so far apart that they cannot be
+            filtered in passing, `pairs` stays None: `look_at_pair` needs the whole of them.
+
+        """
+        filtered = pairs and not self.unlit
+        shapes = [self.layout.plane(site) for site in range(self.layout.sites)]
+        passing = [PassingPair(one) if filtered and min(one) >= SMALLEST_PLANE else None for one in shapes]
+        self.swept = add_two(self.moments, batch, passing)
+        found = [None if one is None else one.covariance() for one in passing]
+        if pairs and all(one is None or covariance is not None for one, covariance in zip(passing, found, strict=True)):
+            self.pairs = tuple(
+                pair_of_sums(sums, rows * columns, covariance)
+                for sums, (rows, columns), covariance in zip(self._sums_of_two(batch), shapes, found, strict=True)
+            )
 
     def look_at_pair(self, batch: Batch) -> None:
         """Keep what the first two frames of a batch tell together, where that of none is kept yet.

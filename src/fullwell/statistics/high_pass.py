@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.filtered_products import WIDEST_RANGE, add_filtered_products
+from fullwell.kernels.filtered_products import WIDEST_RANGE, Part, add_filtered_products, nothing_passed
 from fullwell.kernels.high_pass import REACH, add_products, high_pass
 
 SMALLEST_PLANE: Final = 2 * REACH + 2
@@ -47,6 +47,44 @@ def filtered(plane: NDArray[np.float64]) -> NDArray[np.float64]:
     return out
 
 
+class PassingPair:
+    """One plane of two frames, filtered some rows at a time and multiplied (EMVA1288 (32)).
+
+    Parameters
+    ----------
+    shape
+        Of the plane, at least 20 x 20 pixels.
+
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._n = (shape[0] - 2 * REACH) * (shape[1] - 2 * REACH)
+        self._passed = nothing_passed(shape[1])
+        self._totals = np.zeros(4, np.int64)
+        self._offset = -1
+        self._lowest, self._highest = 65535, 0
+        self._wide = False
+
+    def add(self, part: Part, extremes: tuple[int, int]) -> None:
+        """Pass further rows, whose lowest and highest codes are known; parts follow each other from the top."""
+        low, high = self._lowest, self._highest = min(self._lowest, extremes[0]), max(self._highest, extremes[1])
+        if self._offset < 0:
+            self._offset = max(0, (low + high) // 2 - WIDEST_RANGE // 2)
+        self._wide = self._wide or low < self._offset or high - self._offset > WIDEST_RANGE
+        if not self._wide:
+            add_filtered_products(part, (self._offset, high - low), self._passed, self._totals)
+
+    def covariance(self) -> float | None:
+        """Return what `filtered_covariance` does once all rows have passed; None where their codes lie too far apart.
+
+        How far depends on those of the first rows.
+        """
+        if self._wide:
+            return None
+        low, high, sum_a, sum_b = self._totals.tolist()
+        return ((low + (high << 32)) * self._n - sum_a * sum_b) / (self._n * self._n * 308**4)
+
+
 def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16], *, extremes: tuple[int, int]) -> float:
     """Return the covariance over pixels of two frames, each filtered: temporal noise drops out (EMVA1288 (32)).
 
@@ -63,13 +101,14 @@ def filtered_covariance(first: NDArray[np.uint16], second: NDArray[np.uint16], *
         Signed: half of the estimates lie below zero where there is no fixed pattern [DN^2].
 
     """
-    n = (first.shape[0] - 2 * REACH) * (first.shape[1] - 2 * REACH)
+    rows, columns = first.shape
+    n = (rows - 2 * REACH) * (columns - 2 * REACH)
     first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
-    if extremes[1] - extremes[0] <= WIDEST_RANGE:
-        totals = np.zeros(4, np.int64)
-        add_filtered_products(first, second, extremes, totals)
-        low, high, sum_a, sum_b = totals.tolist()
-        return ((low + (high << 32)) * n - sum_a * sum_b) / (n * n * 308**4)
+    passing = PassingPair((rows, columns))
+    passing.add(Part(first, second, 0, 0, rows), extremes)
+    found = passing.covariance()
+    if found is not None:
+        return found
     products, sums = _products(first, second)
     mean_a, mean_b = sums.sum(axis=1) / n
     return float(products.sum() / n - mean_a * mean_b)

@@ -98,6 +98,14 @@ class Layout:
             for top in range(band.top, band.bottom, rows)
         )
 
+    def parts(self) -> tuple[Band, ...]:
+        """Return rows of tiles, several together where they are short, top to bottom: few frames stay in the cache."""
+        step = self.cell * self.tile
+        rows = max(step, _STRIP_BYTES // (2 * self.width) // step * step)
+        return tuple(
+            Band(top, min(top + rows, self.height), self.cell, self.tile) for top in range(0, self.height, rows)
+        )
+
     @property
     def strip_bytes(self) -> int:
         """Return the bytes of a strip of a frame, at most [byte]."""
@@ -228,12 +236,6 @@ class Moments:
         skipped = not self.every_histogram and bool(so_far) and so_far[0] < counted[0]
         return MomentsAddition(self, batch.names, counted=() if skipped else counted)
 
-    def add_margins(self, batch: Batch, frames: FrameSums) -> None:
-        """Add frames whose sums over pixels, and extremes, are known; only their codes are counted here."""
-        addition = self.begin(batch)
-        addition.count(batch.stack, Band(0, self.layout.height, self.layout.cell, self.layout.tile))
-        addition.commit(frames)
-
     def add_rows(self, stack: Stack, band: Band, frames: FrameSums) -> None:
         """Add a strip to the maps and extremes, and to the sums of each frame, which are the caller's."""
         at = self._places[band.top]
@@ -324,6 +326,15 @@ class MomentsAddition:
     counted
         Those whose codes are counted.
 
+    Attributes
+    ----------
+    frames
+        Sums over the pixels of each frame.
+    places
+        Which frames' codes are counted, shape (counted,).
+    histogram
+        The counts, by phase of the row and of the column in a cell of two, shape (2, 2, 65536).
+
     """
 
     def __init__(self, moments: Moments, names: tuple[str, ...], *, counted: tuple[str, ...]) -> None:
@@ -331,14 +342,14 @@ class MomentsAddition:
         self._moments = moments
         self._names = names
         self._counted = counted
-        self._places = [names.index(name) for name in counted]
-        self._frames = FrameSums(
+        self.places = np.array([names.index(name) for name in counted], np.int64)
+        self.frames = FrameSums(
             rows=np.zeros((frames, layout.height, layout.cell), np.uint64),
             columns=np.zeros((frames, layout.cell, layout.width), np.uint64),
             tiles=np.zeros((frames, layout.sites, *layout.tiles), np.uint64),
             open=np.zeros((frames, layout.cell, layout.width), np.uint32),
         )
-        self._histogram = np.zeros((2, 2, CODES if counted else 1), np.int64)
+        self.histogram = np.zeros((2, 2, CODES if counted else 1), np.int64)
 
     def add(self, stack: Stack, band: Band) -> None:
         """Add a strip of every frame.
@@ -354,15 +365,11 @@ class MomentsAddition:
         first, last = stack.starts.min() + band.top * stack.width, stack.starts.max() + band.bottom * stack.width
         if first < 0 or last > stack.codes.size:
             raise ValueError("a frame lies outside its block of memory")
-        self._moments.add_rows(stack, band, self._frames)
-        self.count(stack, band)
-
-    def count(self, stack: Stack, band: Band) -> None:
-        """Count the codes of those frames whose codes are counted."""
+        self._moments.add_rows(stack, band, self.frames)
         if self._counted:
-            count_codes(Stack(stack.codes, stack.starts[self._places], stack.width), band, self._histogram)
+            count_codes(Stack(stack.codes, stack.starts[self.places], stack.width), band, self.histogram)
 
-    def commit(self, frames: FrameSums | None = None) -> None:
+    def commit(self) -> None:
         """Add what was summed up over the rows, here or by somebody else."""
-        counts = by_site(self._histogram, cell=self._moments.layout.cell)
-        self._moments.commit(self._names, frames or self._frames, counted=self._counted, histogram=counts)
+        counts = by_site(self.histogram, cell=self._moments.layout.cell)
+        self._moments.commit(self._names, self.frames, counted=self._counted, histogram=counts)

@@ -87,14 +87,20 @@ def pair_of(
 
     """
     known = sums or _sums_of(np.ascontiguousarray(first), np.ascontiguousarray(second))
-    n = first.size
     fits = filtered and min(first.shape) >= SMALLEST_PLANE
+    return pair_of_sums(
+        known, first.size, filtered_covariance(first, second, extremes=known.extremes) if fits else None
+    )
+
+
+def pair_of_sums(known: PairSums, n: int, filtered_variance: float | None) -> PairStatistics:
+    """Return what two frames of a plane of n pixels tell whose sums, and covariance after the filter, are known."""
     return PairStatistics(
         n=n,
         means=(known.first / n, known.second / n),
         temporal_variance=(known.squares * n - (known.first - known.second) ** 2) / (2 * n * n),
         spatial_variance=(known.products * n - known.first * known.second) / (n * n),
-        filtered_variance=filtered_covariance(first, second, extremes=known.extremes) if fits else None,
+        filtered_variance=filtered_variance,
     )
 
 

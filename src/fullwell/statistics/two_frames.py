@@ -1,18 +1,22 @@
 """A series that is two frames becomes numbers without sums of single pixels (`kernels.moments_of_two`)."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fullwell.kernels.filtered_products import Part
+from fullwell.kernels.high_pass import REACH
 from fullwell.kernels.moments_of_two import SumsOfTwo, sum_two
-from fullwell.kernels.stack import Band, FrameSums
+from fullwell.kernels.stack import Band, Stack
 from fullwell.statistics.batch import Batch
+from fullwell.statistics.high_pass import PassingPair
 from fullwell.statistics.moments import CODES, Layout, Moments, by_site
 from fullwell.statistics.tiles import Swept, column_sums, edges, gathered, polynomials
 
 
-def add_two(moments: Moments, batch: Batch) -> Swept:
+def add_two(moments: Moments, batch: Batch, passing: Sequence[PassingPair | None] = ()) -> Swept:
     """Add two frames to moments that are empty, but for their maps, and return what a sweep over these would find.
 
     Parameters
@@ -20,24 +24,52 @@ def add_two(moments: Moments, batch: Batch) -> Swept:
     moments
         Added to; their maps are left alone, so that no other frame may follow.
     batch
-        The two frames.
+        The two frames; some rows of tiles at a time are asked for, and those above that the filter reaches.
+    passing
+        Planes that are filtered on the way, one for each, None for one that is not.
 
     """
-    layout = moments.layout
-    frames = FrameSums(
-        rows=np.zeros((2, layout.height, layout.cell), np.uint64),
-        columns=np.zeros((2, layout.cell, layout.width), np.uint64),
-        tiles=np.zeros((2, layout.sites, *layout.tiles), np.uint64),
-        open=np.zeros((2, layout.cell, layout.width), np.uint32),
+    layout, maps = moments.layout, moments.maps
+    addition = moments.begin(batch)
+    found = SumsOfTwo(
+        maps,
+        addition.frames,
+        column_sums(layout),
+        differences=np.zeros((2, 2, CODES), np.int64),
+        codes=addition.histogram,
+        counted=addition.places,
     )
-    found = SumsOfTwo(moments.maps, frames, column_sums(layout), np.zeros((2, 2, CODES), np.int64))
-    whole = Band(0, layout.height, layout.cell, layout.tile)
-    sum_two(batch.stack, whole, _polynomials_down(layout), found)
-    moments.add_margins(batch, frames)
-    differences = found.differences[..., : int(moments.maps.highest.max()) + 1]
+    for rows in layout.parts():
+        stack = batch.rows(rows)
+        sum_two(stack, rows, _polynomials_down(layout), found)
+        tiles = slice(rows.top // (rows.cell * rows.tile), -(-rows.bottom // (rows.cell * rows.tile)))
+        for site, plane in enumerate(passing):
+            if plane is not None:
+                extremes = int(maps.lowest[site, tiles].min()), int(maps.highest[site, tiles].max())
+                plane.add(_part(stack, rows, site), extremes)
+    addition.commit()
+    differences = found.differences[..., : int(maps.highest.max()) + 1]
     return Swept(
         tiles=tuple(gathered(found.columns, site, layout) for site in range(layout.sites)),
         medians=tuple(_median_square(counts) for counts in by_site(differences, cell=layout.cell)),
+    )
+
+
+def _part(stack: Stack, rows: Band, site: int) -> Part:
+    """Return some rows of a plane, with those above that the filter reaches."""
+    cell, width = rows.cell, stack.width
+    phase, column = divmod(site, cell)
+    begin = max(0, rows.top - REACH * cell)
+    first, second = (
+        stack.codes[start + begin * width : start + rows.bottom * width].reshape(-1, width)[phase::cell, column::cell]
+        for start in stack.starts.tolist()
+    )
+    return Part(
+        np.ascontiguousarray(first),
+        np.ascontiguousarray(second),
+        begin // cell,
+        rows.top // cell,
+        -((phase - rows.bottom) // cell),
     )
 
 

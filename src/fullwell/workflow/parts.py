@@ -85,11 +85,11 @@ def groups_of(frames: Sequence[Frame]) -> tuple[Group, ...]:
     return tuple(tuple(frames[at : at + 2]) for at in range(0, len(frames), 2))
 
 
-def read_group(group: Group, slots: Slots, record: Record, *, whole: bool = False) -> None:
-    """Read frames into slots, or leave them out and say why; ``whole`` as in `Slots.read`."""
+def read_group(group: Group, slots: Slots, record: Record, *, whole: bool = False, two: bool = False) -> None:
+    """Read frames into slots, or leave them out and say why; ``whole`` and ``two`` as in `Slots.read`."""
     for frame in group:
         try:
-            slots.read(frame, record.read, whole=whole)
+            slots.read(frame, record.read, whole=whole, two=two)
         except (RawFileError, OSError) as error:
             record.exclude(frame, error)
 
@@ -129,21 +129,25 @@ def add_groups(
     try:
         for group in groups:
             if not slots.fits(len(group)):
-                _add_batch(slots.batch(some), sums, pairs=pairs, only_two=False)
+                _add_batch(slots.batch(some), sums, pairs=pairs)
                 slots.clear()
-            read_group(group, slots, record, whole=pairs or only_two)
+            read_group(group, slots, record, whole=pairs and not only_two, two=only_two)
             some.append(group)
-        if not slots.empty:
-            _add_batch(slots.batch(some), sums, pairs=pairs, only_two=only_two)
+        batch = slots.batch(some)
+        if only_two and len(batch.names) == 2:
+            sums.add_only_two(batch, pairs=pairs)
+            if pairs and sums.pairs is None:
+                slots.clear()
+                read_group(some[0], slots, Record(), whole=True)
+                sums.look_at_pair(slots.batch())
+        elif not slots.empty:
+            _add_batch(batch, sums, pairs=pairs)
     finally:
         slots.clear()
 
 
-def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool, only_two: bool) -> None:
-    if only_two and len(batch.names) == 2:
-        sums.add_only_two(batch)
-    else:
-        sums.add(batch)
+def _add_batch(batch: Batch, sums: Accumulation, *, pairs: bool) -> None:
+    sums.add(batch)
     if pairs:
         sums.look_at_pair(batch)
 

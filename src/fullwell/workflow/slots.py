@@ -10,6 +10,7 @@ from xxhash import xxh3_128
 
 from fullwell.errors import UnreadableFileError
 from fullwell.frames.series import Frame
+from fullwell.kernels.high_pass import REACH
 from fullwell.kernels.stack import Band, Stack
 from fullwell.raw.image import RawHeader
 from fullwell.raw.open import decode, segment_rows_of
@@ -90,7 +91,7 @@ class Slots:
         """Return whether there is no mosaic."""
         return not self._starts
 
-    def read(self, frame: Frame, told: Told, *, whole: bool = False) -> None:
+    def read(self, frame: Frame, told: Told, *, whole: bool = False, two: bool = False) -> None:
         """Read a file, hash it and decode it, or open it to be read when it is added; one that fails takes no room.
 
         Parameters
@@ -101,6 +102,9 @@ class Slots:
             Told of its hash once it has been read; also if it cannot be decoded then.
         whole
             Whether all of its mosaic must be there at once.
+        two
+            Whether it is one of two frames that are added by `two_frames.add_two`: in parts, where its file holds its
+            mosaic as it is, else as a whole.
 
         Raises
         ------
@@ -110,8 +114,9 @@ class Slots:
             The file cannot be decoded.
 
         """
-        if not whole and streams(frame) and self._open(frame, told):
+        if not whole and streams(frame) and self._open(frame, told, two=two):
             return
+        whole = whole or two
         if not whole and decodes(frame):
             self._decode(frame, told)
             return
@@ -127,10 +132,13 @@ class Slots:
         mosaic = self._checked(decode(frame.header, data, out=None if stored is slot else target))
         self._take(frame, start=self._place(mosaic, first), size=self.slot_bytes)
 
-    def _open(self, frame: Frame, told: Told) -> bool:
+    def _open(self, frame: Frame, told: Told, *, two: bool) -> bool:
         """Open a file to be read strip by strip; a file that has lost some of its pixels is better read as a whole."""
-        size = _in_lines(self._layout.strip_bytes)
-        stream = Stream(frame, self._block[self._used : self._used + size], told)
+        layout = self._layout
+        above = REACH * layout.cell if two else 0
+        rows = max(strip.bottom - strip.top for strip in (layout.parts() if two else layout.strips()))
+        size = _in_lines(2 * layout.width * (above + rows))
+        stream = Stream(frame, self._block[self._used : self._used + size], told, above=above)
         if not stream.complete:
             stream.close()
             return False

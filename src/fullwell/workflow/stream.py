@@ -128,9 +128,11 @@ class Stream:
     frame
         Which; one that ``streams``.
     room
-        Memory for a strip of it.
+        Memory for a strip of it, and for the rows above.
     told
         Told of its hash once it has been read.
+    above
+        Rows above a strip that are kept with it.
 
     Raises
     ------
@@ -139,10 +141,12 @@ class Stream:
 
     """
 
-    def __init__(self, frame: Frame, room: NDArray[np.uint8], told: Told) -> None:
+    def __init__(self, frame: Frame, room: NDArray[np.uint8], told: Told, *, above: int = 0) -> None:
         self.frame = frame
-        self._room = room.data
+        self._room = room
         self._told = told
+        self._above = above
+        self._held = 0
         self._top = mosaic_at(frame.header) or 0
         self._row_bytes, self._height = 2 * frame.header.width, frame.header.height
         self._file = HashedFile(frame.header)
@@ -153,7 +157,9 @@ class Stream:
         return self._file.holds(self._top + self._height * self._row_bytes)
 
     def read(self, strip: Band) -> int:
-        """Read a strip into the room, and return the row that the room begins with; strips follow from the top.
+        """Read a strip into the room, below the rows above; return the row that the room begins with.
+
+        Strips follow each other from the top.
 
         Raises
         ------
@@ -164,13 +170,16 @@ class Stream:
         try:
             if strip.top == 0:
                 self._file.pass_over(self._top)
-            self._file.read(self._room[: (strip.bottom - strip.top) * self._row_bytes])
+            kept = min(self._above, strip.top) * self._row_bytes
+            self._room[:kept] = self._room[self._held - kept : self._held]
+            self._held = kept + (strip.bottom - strip.top) * self._row_bytes
+            self._file.read(self._room.data[kept : self._held])
             if strip.bottom == self._height:
                 self._file.pass_over()
                 self._told(self.frame, self._file.hash)
         except (RawFileError, OSError) as error:
             raise LostFrameError(self.frame, error) from error
-        return strip.top
+        return strip.top - min(self._above, strip.top)
 
     def close(self) -> None:
         """Let the file go."""

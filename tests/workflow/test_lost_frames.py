@@ -116,11 +116,11 @@ def test_a_frame_that_fails_when_it_is_read_once_more(
     begin, go_on, opened = Stream.__init__, Stream.read, []
     error = OSError(errno.EIO, "Input/output error")
 
-    def init(self: Stream, frame: Frame, *rest: object) -> None:
+    def init(self: Stream, frame: Frame, *rest: object, **options: int) -> None:
         opened.append(frame.name)
         if opened.count(lost) == 2 and frame.name == lost and fails == "when it is opened":
             raise error
-        begin(self, frame, *rest)
+        begin(self, frame, *rest, **options)
 
     def read(self: Stream, strip: Band) -> int:
         if opened.count(lost) == 2 and self.frame.name == lost and strip.top:

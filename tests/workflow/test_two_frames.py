@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tifffile
 from hypothesis import given
 from hypothesis import strategies as st
 from mixed_study import TILE, assert_same, assert_same_reduction, mixed_study
 
-from fullwell.frames.series import Kind
+from fullwell.frames.series import Frame, Kind, Series
+from fullwell.raw.open import read_header
 from fullwell.statistics.accumulation import Accumulation
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import Layout, stack_of
@@ -49,6 +51,26 @@ def test_a_study_of_pairs_comes_to_the_same_with_and_without_its_sums(tmp_path: 
     if damaged:
         pairs[0].frames[1].header.path.write_bytes(b"")
     study = replace(study, series=pairs)
-    kept = reduce_study(study, workers=2, tile=TILE, keep=tuple(Kind))
-    assert_same_reduction(reduce_study(study, workers=2, tile=TILE), kept)
-    assert kept.sums
+    for together in (False, True):
+        kept = reduce_study(study, workers=2, tile=TILE, keep=tuple(Kind), pairs=together)
+        assert_same_reduction(reduce_study(study, workers=2, tile=TILE, pairs=together), kept)
+        assert kept.sums
+
+
+@pytest.mark.parametrize("top", [4095, 65535])
+def test_pairs_read_in_parts_are_filtered_as_whole_ones(tmp_path: Path, *, top: int) -> None:
+    rng = np.random.default_rng(3)
+    frames: list[Frame] = []
+    for name in ("a.tif", "b.tif"):
+        scene = np.linspace(0, top - 99, 300)[:, np.newaxis] + rng.integers(0, 99, (300, 80))
+        tifffile.imwrite(tmp_path / name, scene.astype(np.uint16), photometric="minisblack")
+        header = read_header(tmp_path / name)
+        frames.append(Frame(name=name, header=header, size=(tmp_path / name).stat().st_size))
+    study = replace(mixed_study(tmp_path)[0], cfa="mono", height=300, width=80)
+    study = replace(study, series=(Series(kind=Kind.FLAT, iso=None, exposure_s=1.0, frames=tuple(frames)),))
+    kept = reduce_study(study, workers=1, tile=TILE, keep=tuple(Kind), pairs=True)
+    found = reduce_study(study, workers=1, tile=TILE, pairs=True)
+    assert_same_reduction(found, kept)
+    ((plane,),) = (one.planes for one in found.statistics.values())
+    assert plane.pair is not None
+    assert plane.pair.filtered_variance is not None

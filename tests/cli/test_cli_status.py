@@ -71,7 +71,8 @@ def test_an_exit_passes_the_guard_untouched(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs a signal that only POSIX can send to one process")
-def test_an_interrupt_is_status_130_and_leaves_nothing(program: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_an_interrupt_is_status_130_and_leaves_nothing(program: list[str], tmp_path: Path, name: str) -> None:
     config = tmp_path / "long.toml"
     config.write_text(
         "seed = 1\n[camera]\nwidth = 640\nheight = 480\n"
@@ -86,7 +87,7 @@ def test_an_interrupt_is_status_130_and_leaves_nothing(program: list[str], tmp_p
             assert process.poll() is None, process.communicate()[1]
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.Signals[name])
         _shown, said = process.communicate(timeout=60)
     assert process.returncode == 130
     assert said.endswith("fullwell: Interrupted; nothing was left half-written.\n")

@@ -3,7 +3,9 @@
 import os
 import platform
 import shlex
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
@@ -38,7 +40,8 @@ def guarded(*, verbose: bool) -> Generator[None, None, None]:
 
     """
     try:
-        yield
+        with _termination_interrupts():
+            yield
         sys.stdout.flush()
     except FullwellError as error:
         _say(str(error), verbose=verbose)
@@ -61,6 +64,22 @@ def guarded(*, verbose: bool) -> Generator[None, None, None]:
     except Exception as error:
         _report_bug(error, verbose=verbose)
         raise typer.Exit(BUG) from error
+
+
+@contextmanager
+def _termination_interrupts() -> Generator[None, None, None]:
+    """Let a request to end, as schedulers and containers send it, be an interruption: what is half done is removed."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    former = signal.getsignal(signal.SIGTERM)
+    if former is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if former is signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, former)
 
 
 def _say(sentence: str, *, verbose: bool) -> None:

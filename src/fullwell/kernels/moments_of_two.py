@@ -23,6 +23,7 @@ from fullwell.kernels.moments_summary import (
 )
 from fullwell.kernels.narrow_of_two import NarrowSums, fits, narrow_sums, sum_narrow, write_column_sums, write_columns
 from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.tile_sums import TilePolynomials, TileTotals, centre, column_room, gather
 
 _FEW: Final = 64
 """Codes in a row of tiles up to which those of both frames are counted together."""
@@ -37,8 +38,8 @@ class SumsOfTwo(NamedTuple):
         Extremes of tiles and how often they occur; its maps are left alone.
     frames
         Sums over pixels [DN].
-    columns
-        Sums down the columns of each band, shape (bands, cell, width).
+    totals
+        Sums of tiles.
     differences
         Counts of the absolute difference of the frames, by phase of the row and of the column in a cell of two, shape
         (2, 2, 65536).
@@ -51,7 +52,7 @@ class SumsOfTwo(NamedTuple):
 
     series: SeriesSums
     frames: FrameSums
-    columns: ColumnSums
+    totals: TileTotals
     differences: NDArray[np.int64]
     codes: NDArray[np.int64]
     counted: NDArray[np.int64]
@@ -165,32 +166,6 @@ def _begin_band(stack: Stack, band: Band, narrow: NarrowSums, series: SeriesSums
 
 
 @njit(cache=True, nogil=True)
-def _centre(tiles: NDArray[np.uint64], band: Band, reference: NDArray[np.float64]) -> None:
-    """Write the rounded mean of each tile of a band, summed over frames, to its columns.
-
-    Parameters
-    ----------
-    tiles
-        Sums of each frame, shape (frames, sites, tile rows, tile columns).
-    band
-        Which tiles.
-    reference
-        Shape (cell, width), written to.
-
-    """
-    cell, step, width = band.cell, band.cell * band.tile, reference.shape[1]
-    for phase in range(cell):
-        rows = max(0, (band.bottom - band.top - phase + cell - 1) // cell)
-        for first in range(cell):
-            sums = tiles[:, phase * cell + first, band.top // step]
-            for tile in range(-(-width // step)):
-                last = min((tile + 1) * step, width)
-                n = rows * max(0, (last - tile * step - first + cell - 1) // cell)
-                mean = np.rint(np.float64(sums[0, tile] + sums[1, tile]) / np.float64(n)) if n > 0 else 0.0
-                reference[phase, tile * step + first : last : cell] = mean
-
-
-@njit(cache=True, nogil=True)
 def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums) -> None:
     """Add a band of any codes to the sums down its columns."""
     width, cell = stack.width, band.cell
@@ -211,7 +186,7 @@ def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums) -
 
 
 @njit(cache=True, nogil=True)
-def sum_two(stack: Stack, rows: Band, polynomials: NDArray[np.float64], found: SumsOfTwo) -> None:
+def sum_two(stack: Stack, rows: Band, polynomials: TilePolynomials, found: SumsOfTwo) -> None:
     """Sum some rows of tiles of two frames.
 
     Parameters
@@ -221,29 +196,22 @@ def sum_two(stack: Stack, rows: Band, polynomials: NDArray[np.float64], found: S
     rows
         Which rows, and the size of cells and tiles.
     polynomials
-        Linear and quadratic polynomial of the row within its tile, by band and phase, shape (2, bands, cell, rows).
+        Along the axes of tiles.
     found
-        Added to.
+        Added to; sums of tiles are written.
 
     """
-    width, cell, step, sums = stack.width, rows.cell, rows.cell * rows.tile, found.columns
+    width, cell, step = stack.width, rows.cell, rows.cell * rows.tile
     reference, narrow = np.zeros((cell, width)), narrow_sums(cell, width)
     for top in range(rows.top, rows.bottom, step):
-        band, index = Band(top, min(top + step, rows.bottom), cell, rows.tile), top // step
+        band = Band(top, min(top + step, rows.bottom), cell, rows.tile)
         small = _begin_band(stack, band, narrow, found.series, found.frames)
-        _centre(found.frames.tiles, band, reference)
-        own = ColumnSums(
-            sums.squares[index],
-            sums.low[index],
-            sums.high[index],
-            sums.quartic[index],
-            sums.centred[index],
-            sums.linear[index],
-            sums.quadratic[index],
-            sums.power[index],
-        )
+        centre(found.frames.tiles, band, reference)
+        sums = column_room(cell, width)
         if small:
-            write_column_sums(narrow, band, reference, own)
+            write_column_sums(narrow, band, reference, sums)
         else:
-            _finish_band(stack, band, Surface(reference, polynomials[0, index], polynomials[1, index]), own)
+            down = polynomials.down[:, top // step]
+            _finish_band(stack, band, Surface(reference, down[0], down[1]), sums)
+        gather(sums, band, polynomials.across, found.totals)
         _count(stack, band, found)

@@ -169,7 +169,7 @@ def add_four_spatial(
 
 
 @njit(cache=True, nogil=True)
-def _count_spread(spread: NDArray[np.uint64], shift: int, even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
+def count_spread(spread: NDArray[np.uint64], shift: int, even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
     """Count D of a row of pixels in bins of 2^shift; the last bin takes all that is larger."""
     bits, last = np.uint64(shift), np.uint64(even.size - 1)
     for c in range(spread.size // 2):
@@ -203,7 +203,7 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, c
             at = top + row * cell
             own = spread[row % 4 if row < fours else 0]
             _spread(maps.codes[at], maps.squares[at], maps.frames, own)
-            _count_spread(own, shift, even, odd)
+            count_spread(own, shift, even, odd)
             if row >= fours:
                 add_temporal(own, maps.squares[at], phase, sums)
                 add_spatial(maps.codes[at], (phase, row), surface, sums)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from fullwell.kernels.moments_extremes import FOUR, LIST_ROWS, Extremes
 from fullwell.kernels.moments_rows import Rows, add_row_sum
 from fullwell.kernels.moments_summary import ColumnSums
+from fullwell.kernels.narrow_summary import write_spatial
 from fullwell.kernels.stack import Band, SeriesSums, Stack
 
 _COLUMNS: Final = 512
@@ -336,10 +337,5 @@ def write_column_sums(sums: NarrowSums, band: Band, centre: NDArray[np.float64],
             out.low[phase, c] += np.uint64(spread)
             out.quartic[phase, c] += np.float64(sums.quartic[phase, c])
             moved = r - np.int64(centre[phase, c])
-            whole = a + n * moved
-            once = b + moved * (n * (n + 1) // 2)
-            twice = 2 * e - b + moved * (n * (n + 1) * (2 * n + 1) // 6)
-            out.centred[phase, c] += np.float64(whole)
-            out.linear[phase, c] += np.float64((n + 1) * whole - 2 * once) / 2.0
-            out.quadratic[phase, c] += np.float64(twice - (n + 1) * once + (n + 1) * (n + 2) // 6 * whole)
+            write_spatial((a, b, e), n, moved, (phase, c), out)
             out.power[phase, c] += np.float64(power + 2 * moved * a + n * moved * moved)

@@ -8,13 +8,13 @@ takes its own share off the sum of squares.
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments_summary import ColumnSums, SpreadCounts, Surface, summarize_band
-from fullwell.kernels.stack import Band
+from fullwell.kernels.moments_summary import SpreadCounts
+from fullwell.kernels.tile_sums import TilePolynomials, Tiles, TileTotals, sum_tiles
 from fullwell.statistics.exact import Whole, exact_integers
 from fullwell.statistics.moments import Layout, Moments
 
@@ -85,32 +85,35 @@ def polynomials(lengths: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArra
     return linear, linear**2 - (n * n - 1) / 12
 
 
-def column_sums(layout: Layout) -> ColumnSums:
-    """Return empty sums down the columns of each band, shape (bands, cell, width)."""
-    return _empty((layout.tiles[0], layout.cell, layout.width))
+def empty_totals(layout: Layout) -> TileTotals:
+    """Return room for the sums of every tile."""
+    rows, columns = layout.tiles
+    shape = (rows, layout.sites, columns)
+    return TileTotals(np.zeros((*shape, 3), np.uint64), np.zeros((*shape, 8)))
 
 
-def _empty(shape: tuple[int, ...]) -> ColumnSums:
-    squares, low, high = np.zeros((3, *shape), np.uint64)
-    quartic, centred, linear, quadratic, power = np.zeros((5, *shape), np.float64)
-    return ColumnSums(squares, low, high, quartic, centred, linear, quadratic, power)
+@lru_cache(maxsize=8)
+def tile_polynomials(layout: Layout) -> TilePolynomials:
+    """Return the polynomials along both axes of every tile."""
+    down = np.zeros((2, layout.tiles[0], layout.cell, layout.tile))
+    across = np.zeros((2, layout.width))
+    for phase in range(layout.cell):
+        rows, columns = layout.plane(phase * layout.cell)[0], layout.plane(phase)[1]
+        for band, height in enumerate(edges(rows, layout.tile)):
+            down[:, band, phase, :height] = polynomials(np.array([height]))
+        across[:, phase :: layout.cell] = polynomials(edges(columns, layout.tile))
+    return TilePolynomials(down, across)
 
 
 def sweep(moments: Moments, counts: SpreadCounts, *, workers: int = 1) -> tuple[TileSums, ...]:
     """Return the tile sums of each plane, and count D; on some threads, whose number changes nothing."""
-    layout = moments.layout
-    maps = moments.finished()
-    bands = tuple(enumerate(layout.bands()))
-    rows: list[tuple[_Across, ...]] = [()] * len(bands)
+    layout, maps, totals = moments.layout, moments.finished(), empty_totals(moments.layout)
+    tiles = Tiles(moments.tile_sums[np.newaxis], int(moments.maps.highest.max()), tile_polynomials(layout))
 
     def summarize(first: int) -> SpreadCounts:
         own = counts if first == 0 else counts._replace(bins=np.zeros_like(counts.bins))
-        sums = _empty((layout.cell, layout.width))
-        for at, band in bands[first::workers]:
-            for part in sums:
-                part[...] = 0
-            summarize_band(maps, band, _surface(moments, band), sums, own)
-            rows[at] = tuple(_across_tiles(sums, site, layout) for site in range(layout.sites))
+        for band in layout.bands()[first::workers]:
+            sum_tiles(maps, band, tiles, own, totals)
         return own
 
     if workers == 1:
@@ -119,94 +122,32 @@ def sweep(moments: Moments, counts: SpreadCounts, *, workers: int = 1) -> tuple[
         with ThreadPoolExecutor(workers) as pool:
             for other in tuple(pool.map(summarize, range(workers)))[1:]:
                 np.add(counts.bins, other.bins, out=counts.bins)
-    return tuple(
-        _tile_sums(_Across(np.stack([one.whole for one in own]), np.stack([one.real for one in own])), site, layout)
-        for site, own in enumerate(zip(*rows, strict=True))
-    )
+    return gathered(totals, layout)
 
 
-def _padding(band: Band, phase: int) -> int:
-    """Return by how many rows a phase of the band falls short of the longest."""
-    height = band.bottom - band.top
-    return -(-height // band.cell) - -((phase - height) // band.cell)
-
-
-def _surface(moments: Moments, band: Band) -> Surface:
-    """Centre a band on the rounded mean of each tile."""
-    layout, tile_row = moments.layout, band.top // (band.cell * band.tile)
-    reference = np.zeros((layout.cell, layout.width))
-    longest = -(-(band.bottom - band.top) // band.cell)
-    linear, quadratic = np.zeros((layout.cell, longest)), np.zeros((layout.cell, longest))
-    for phase in range(layout.cell):
-        height = longest - _padding(band, phase)
-        if not height:
-            continue
-        linear[phase, :height], quadratic[phase, :height] = polynomials(np.array([height]))
-        for column in range(layout.cell):
-            site = phase * layout.cell + column
-            widths = edges(layout.plane(site)[1], layout.tile)
-            means = np.rint(moments.tile_sums[site, tile_row, : widths.size] / (widths * height))
-            reference[phase, column :: layout.cell] = np.repeat(means, widths)
-    return Surface(reference, linear, quadratic)
-
-
-class _Across(NamedTuple):
-    """Column sums of one plane added up across each tile, of a row of tiles or of several.
-
-    Parameters
-    ----------
-    whole
-        Sums of Q and of the lower and the upper 32 bits of D, shape (..., tiles, 3).
-    real
-        Sums of D^2, of the square of S less its reference, and of this times 1, v, u, v2, u v and u2, shape
-        (..., tiles, 8).
-
-    """
-
-    whole: NDArray[np.uint64]
-    real: NDArray[np.float64]
-
-
-def gathered(sums: ColumnSums, site: int, layout: Layout) -> TileSums:
-    """Gather the column sums of one plane, of shape (bands, cell, width), into its tiles."""
-    return _tile_sums(_across_tiles(sums, site, layout), site, layout)
-
-
-def _across_tiles(sums: ColumnSums, site: int, layout: Layout) -> _Across:
-    """Add the columns of one plane up, of shape (..., cell, width), across each of its tiles."""
-    phase, column = divmod(site, layout.cell)
-    starts, u, u2 = _axis(layout.plane(site)[1], layout.tile)
-    own = np.s_[..., phase, column :: layout.cell]
-    centred, linear = sums.centred[own], sums.linear[own]
-    products = (centred, linear, centred * u, sums.quadratic[own], linear * u, centred * u2)
-    whole = (sums.squares[own], sums.low[own], sums.high[own])
-    real = (sums.quartic[own], sums.power[own], *products)
-    return _Across(
-        whole=np.stack([np.add.reduceat(one, starts, axis=-1) for one in whole], axis=-1),
-        real=np.stack([np.add.reduceat(one, starts, axis=-1) for one in real], axis=-1),
-    )
+def gathered(totals: TileTotals, layout: Layout) -> tuple[TileSums, ...]:
+    """Return the tile sums of each plane."""
+    return tuple(_tile_sums(totals, site, layout) for site in range(layout.sites))
 
 
 @lru_cache(maxsize=8)
-def _axis(length: int, tile: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return where the tiles along an axis begin, and the polynomials of degree 1 and 2 along it."""
+def _norms(length: int, tile: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sums of squares of the polynomials of degree 1 and 2 along an axis, by tile."""
     lengths = edges(length, tile)
-    return np.cumsum(lengths) - lengths, *polynomials(lengths)
+    starts = np.cumsum(lengths) - lengths
+    linear, quadratic = polynomials(lengths)
+    return np.add.reduceat(linear**2, starts), np.add.reduceat(quadratic**2, starts)
 
 
-def _tile_sums(found: _Across, site: int, layout: Layout) -> TileSums:
-    """Return the sums of the tiles of one plane, for every row of tiles that a plane may have."""
+def _tile_sums(totals: TileTotals, site: int, layout: Layout) -> TileSums:
+    """Return the sums of the tiles of one plane, for every row and column of tiles that a plane may have."""
     heights, widths = (edges(side, layout.tile) for side in layout.plane(site))
-    squares, spread, high = map(exact_integers, np.moveaxis(found.whole[: heights.size], -1, 0))
+    whole, real = (part[: heights.size, site, : widths.size] for part in totals)
+    squares, spread, high = map(exact_integers, np.moveaxis(whole, -1, 0))
     if high.any():
         spread = spread.astype(np.object_) + high.astype(np.object_) * (1 << 32)
-    quartic, power, *products = np.ascontiguousarray(np.moveaxis(found.real[: heights.size], -1, 0))
-
-    def norms(length: int) -> tuple[NDArray[np.float64], ...]:
-        starts, linear, quadratic = _axis(length, layout.tile)
-        return np.add.reduceat(linear**2, starts), np.add.reduceat(quadratic**2, starts)
-
-    down, across = ((edges(side, layout.tile), *norms(side)) for side in layout.plane(site))
+    quartic, power, *products = np.ascontiguousarray(np.moveaxis(real, -1, 0))
+    down, across = ((edges(side, layout.tile), *_norms(side, layout.tile)) for side in layout.plane(site))
     fits = (heights[:, np.newaxis] >= 3) & (widths >= 3)
     for product, (i, j) in zip(products, ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)), strict=True):
         power = power - product**2 / np.where(fits, down[i][:, np.newaxis] * across[j], 1.0)

@@ -1,7 +1,6 @@
 """A series that is two frames becomes numbers without sums of single pixels (`kernels.moments_of_two`)."""
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +11,8 @@ from fullwell.kernels.moments_of_two import SumsOfTwo, sum_two
 from fullwell.kernels.stack import Band, Stack
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.high_pass import PassingPair
-from fullwell.statistics.moments import CODES, Layout, Moments, by_site
-from fullwell.statistics.tiles import Swept, column_sums, edges, gathered, polynomials
+from fullwell.statistics.moments import CODES, Moments, by_site
+from fullwell.statistics.tiles import Swept, empty_totals, gathered, tile_polynomials
 
 
 def add_two(moments: Moments, batch: Batch, passing: Sequence[PassingPair | None] = ()) -> Swept:
@@ -34,14 +33,14 @@ def add_two(moments: Moments, batch: Batch, passing: Sequence[PassingPair | None
     found = SumsOfTwo(
         maps,
         addition.frames,
-        column_sums(layout),
+        empty_totals(layout),
         differences=np.zeros((2, 2, CODES), np.int64),
         codes=addition.histogram,
         counted=addition.places,
     )
     for rows in layout.parts():
         stack = batch.rows(rows)
-        sum_two(stack, rows, _polynomials_down(layout), found)
+        sum_two(stack, rows, tile_polynomials(layout), found)
         tiles = slice(rows.top // (rows.cell * rows.tile), -(-rows.bottom // (rows.cell * rows.tile)))
         for site, plane in enumerate(passing):
             if plane is not None:
@@ -50,7 +49,7 @@ def add_two(moments: Moments, batch: Batch, passing: Sequence[PassingPair | None
     addition.commit()
     differences = found.differences[..., : int(maps.highest.max()) + 1]
     return Swept(
-        tiles=tuple(gathered(found.columns, site, layout) for site in range(layout.sites)),
+        tiles=gathered(found.totals, layout),
         medians=tuple(_median_square(counts) for counts in by_site(differences, cell=layout.cell)),
     )
 
@@ -71,17 +70,6 @@ def _part(stack: Stack, rows: Band, site: int) -> Part:
         rows.top // cell,
         -((phase - rows.bottom) // cell),
     )
-
-
-@lru_cache(maxsize=8)
-def _polynomials_down(layout: Layout) -> NDArray[np.float64]:
-    """Return both polynomials of the row within its tile, shape (2, bands, cell, tile)."""
-    found = np.zeros((2, layout.tiles[0], layout.cell, layout.tile))
-    for phase in range(layout.cell):
-        for band, height in enumerate(edges(layout.plane(phase * layout.cell)[0], layout.tile)):
-            found[:, band, phase, :height] = polynomials(np.array([height]))
-    found.flags.writeable = False
-    return found
 
 
 def _median_square(counts: NDArray[np.int64]) -> float:

@@ -18,7 +18,7 @@ from fullwell.statistics.tiles import tile_polynomials
 
 def largest_code(frames: int, bands: Sequence[Band]) -> int:
     """Return the largest code that narrow loops hold in some rows of tiles."""
-    beyond = bisect_left(range(65536), True, key=lambda code: not all(suits(frames, code, band) for band in bands))
+    beyond = bisect_left(range(65536), 1, key=lambda code: 1 - all(suits(frames, code, band) for band in bands))
     return beyond - 1
 
 

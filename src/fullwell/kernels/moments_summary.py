@@ -20,11 +20,14 @@ _HALF = np.uint64(32)
 _BLOCK = 512
 
 
+Words = NDArray[np.uint32] | NDArray[np.uint64]
+
+
 class Maps(NamedTuple):
     """Sums over ``frames`` frames, shape (height, width)."""
 
     codes: NDArray[np.uint32]
-    squares: NDArray[np.uint32] | NDArray[np.uint64]
+    squares: Words
     frames: int
 
 
@@ -169,7 +172,7 @@ def add_four_spatial(
 
 
 @njit(cache=True, nogil=True)
-def count_spread(spread: NDArray[np.uint64], shift: int, even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
+def count_spread(spread: Words, shift: int, even: NDArray[np.int64], odd: NDArray[np.int64]) -> None:
     """Count D of a row of pixels in bins of 2^shift; the last bin takes all that is larger."""
     bits, last = np.uint64(shift), np.uint64(even.size - 1)
     for c in range(spread.size // 2):

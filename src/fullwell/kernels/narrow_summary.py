@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, count_spread
+from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Words, count_spread
 from fullwell.kernels.stack import Band
 
 _COLUMNS: Final = 512
@@ -30,7 +30,7 @@ _C: Final = 2 * _COLUMNS
 _D: Final = 3 * _COLUMNS
 _PARTS: Final = 7 * _COLUMNS
 
-_FourRows = tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint32], NDArray[np.uint32]]
+_FourRows = tuple[Words, Words, Words, Words]
 _Temporal = tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.float64]]
 
 
@@ -135,9 +135,7 @@ def _add_temporal(q: _FourRows, work: NDArray[np.uint32], sums: _Temporal) -> No
 
 
 @njit(cache=True, nogil=True)
-def _add_one(
-    s: NDArray[np.uint32], q: NDArray[np.uint32], frames: int, work: NDArray[np.uint32], sums: _Temporal
-) -> None:
+def _add_one(s: NDArray[np.uint32], q: Words, frames: int, work: NDArray[np.uint32], sums: _Temporal) -> None:
     """Do all of that with a single row."""
     squares, spread, quartic = sums
     for c in range(s.size):
@@ -152,7 +150,7 @@ def _add_one(
 
 
 @njit(cache=True, nogil=True)
-def _rows_from(of: NDArray[np.uint32], row: int, step: int, columns: tuple[int, int]) -> _FourRows:
+def _rows_from(of: Words, row: int, step: int, columns: tuple[int, int]) -> _FourRows:
     """Return some columns of four rows."""
     first, last = columns
     return (

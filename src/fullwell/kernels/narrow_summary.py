@@ -31,6 +31,7 @@ _D: Final = 3 * _COLUMNS
 _PARTS: Final = 7 * _COLUMNS
 
 _FourRows = tuple[Words, Words, Words, Words]
+Running = tuple[np.int64, np.int64, np.int64]
 _Temporal = tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.float64]]
 
 
@@ -56,7 +57,7 @@ def suits(frames: int, highest: int, band: Band) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def write_spatial(running: tuple[int, int, int], rows: int, moved: int, at: tuple[int, int], out: ColumnSums) -> None:
+def write_spatial(running: Running, rows: int, moved: np.int64, at: tuple[int, int], out: ColumnSums) -> None:
     """Add what the running sums of a column come to, centred anew.
 
     Parameters

@@ -71,6 +71,10 @@ def test_a_jump_to_frames_of_the_highest_code_alone_is_bracketed(tmp_path: Path)
     (finding,) = (one for one in results.findings if one.code == "emva-saturation-bracketed")
     assert "4095 DN (100 %)" in finding.message
     (level,) = rows(results, "saturation_level")
+    (curve,) = (one for one in results.curves if one.name == "emva_snr")
+    (ratios,) = (column.values for column in curve.columns if column.name == "snr")
+    assert ratios[-1] is None
+    assert None not in ratios[:-1]
     below = 2.968 * 0.4 * np.sqrt(9793)  # the noise there; its variance is known to sqrt(2 / pixels)
     assert level.measured.value == pytest.approx(4094.5 - below, abs=4.0 * below / 2.0 * np.sqrt(2.0) / SIDE)
 

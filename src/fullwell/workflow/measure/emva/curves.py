@@ -15,6 +15,7 @@ from fullwell.workflow.measure.emva.tables import Columns, table
 from fullwell.workflow.measure.emva.writer import LINEAR, PACKAGE
 
 _MODEL_POINTS = 101
+_MOST_CUT = 0.5
 
 
 class _Writer:
@@ -183,10 +184,17 @@ def _transfer(
 
 
 def _measured_snr(sweep: Sweep) -> tuple[Floats, Floats]:
-    """Return the signal over the temporal noise, (20), and over that with the fixed pattern of the same step."""
-    total = sweep.variance + sweep.spatial_variance
+    """Return the signal over the temporal noise, (20), and over that with the fixed pattern of the same step.
+
+    Unknown where most pixels are at the highest code: their noise is cut off.
+    """
+    cut = sweep.top_fraction > _MOST_CUT
     with np.errstate(divide="ignore", invalid="ignore"):
-        return sweep.signal / np.sqrt(sweep.variance), sweep.signal / np.sqrt(total)
+        temporal, total = (
+            np.where(cut, np.nan, sweep.signal / np.sqrt(variance))
+            for variance in (sweep.variance, sweep.variance + sweep.spatial_variance)
+        )
+    return temporal, total
 
 
 def _snr(writer: _Writer, sweep: Sweep) -> Curve:

@@ -1,6 +1,7 @@
 """Frames of lossless JPEG decoded strip by strip come to what their mosaics do, whatever is wrong with some."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,11 @@ import pytest
 from xxhash import xxh3_128
 
 from fullwell.frames.selection import Selection
-from fullwell.frames.series import Kind, Study
+from fullwell.frames.series import Frame, Kind, Study
 from fullwell.frames.study import load_study
 from fullwell.raw.lossless_jpeg import LosslessLines
 from fullwell.raw.lossless_jpeg_writing import encode_lossless
+from fullwell.raw.segments import Layout
 from fullwell.raw.write import write_dng
 from fullwell.workflow.coded_stream import decodes
 from fullwell.workflow.reduce import Reduction, reduce_study
@@ -92,6 +94,27 @@ def test_a_frame_that_fails_on_its_way_is_left_out(
     for path in damaged:
         path.unlink()
     assert same(found, reduced(load_study(tmp_path / "study", Selection())), parts=("statistics",))
+
+
+def test_rows_of_segments_may_lie_in_any_order(tmp_path: Path) -> None:
+    study = written(tmp_path / "study", compression="lossless-jpeg", tile=(32, 48))
+    expected = reduced(study)
+    turned = replace(
+        study, series=tuple(replace(one, frames=tuple(map(_upside_down, one.frames))) for one in study.series)
+    )
+    assert same(reduced(turned), expected)
+
+
+def _upside_down(frame: Frame) -> Frame:
+    """Lay the segments of a file behind it, the last one first."""
+    header, layout = frame.header, frame.header.layout
+    assert isinstance(layout, Layout)
+    content, offsets = header.path.read_bytes(), []
+    for offset, count in reversed(list(zip(layout.offsets, layout.counts, strict=True))):
+        offsets.insert(0, len(content))
+        content += content[offset : offset + count]
+    header.path.write_bytes(content)
+    return replace(frame, header=replace(header, layout=replace(layout, offsets=tuple(offsets))), size=len(content))
 
 
 def test_a_segment_of_another_shape_is_decoded_as_a_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

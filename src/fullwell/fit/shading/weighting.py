@@ -11,6 +11,11 @@ from fullwell.model.shading import Plane, TensorSurface
 
 FloatArray = NDArray[np.float64]
 
+EXCESS: Final = 1.0371776671
+"""By what robust weights w that are taken as given understate the variance of a fit: they say E w^2 / (E w)^2 where w r
+scatters by E (w r)^2 / (E (w r)')^2, of normal residuals r."""
+TEMPORAL_EXCESS: Final = 1.1426675223
+"""The same where a small part of r changes: by E (w r)'^2 / (E (w r)')^2."""
 UNDETERMINED: Final = "the bins do not determine every term of the model"
 
 
@@ -86,8 +91,10 @@ class WeightedBins:
     def scatter_weights(self) -> tuple[FloatArray, FloatArray]:
         """Return fitting weight squared times the variance of the bins: in all, and by temporal noise alone."""
         fitting = self.fitting_weight
-        total = fitting if self.robust_weight is None else fitting * self.robust_weight
-        return total, fitting**2 * self.temporal_variance_dn2
+        temporal = fitting**2 * self.temporal_variance_dn2
+        if self.robust_weight is None:
+            return fitting, temporal
+        return EXCESS * fitting * self.robust_weight, TEMPORAL_EXCESS * temporal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

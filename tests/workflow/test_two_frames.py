@@ -15,6 +15,7 @@ from fullwell.raw.open import read_header
 from fullwell.statistics.accumulation import Accumulation
 from fullwell.statistics.batch import Batch
 from fullwell.statistics.moments import Layout, stack_of
+from fullwell.statistics.pairs import pairs_of
 from fullwell.workflow.reduce import reduce_study
 
 
@@ -74,3 +75,16 @@ def test_pairs_read_in_parts_are_filtered_as_whole_ones(tmp_path: Path, *, top: 
     ((plane,),) = (one.planes for one in found.statistics.values())
     assert plane.pair is not None
     assert plane.pair.filtered_variance is not None
+
+
+def test_the_first_two_frames_of_any_series_are_looked_at_together(tmp_path: Path) -> None:
+    study, mosaics = mixed_study(tmp_path)
+    found = reduce_study(study, workers=2, tile=TILE, pairs=True)
+    layout = Layout(height=study.height, width=study.width, cfa=study.cfa, tile=TILE)
+    for series in study.series:
+        stack = stack_of([mosaics[frame.name] for frame in series.frames[:2]])
+        known = [plane.pair for plane in found.statistics[series.key].planes]
+        if len(series.frames) < 2:
+            assert known == [None] * 4
+        else:
+            assert_same(tuple(known), pairs_of(stack, (0, 1), layout, filtered=series.kind is Kind.FLAT))

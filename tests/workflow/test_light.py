@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fullwell.raw.write import write_dng
-from fullwell.workflow.characterize import Measurement, measure
+from fullwell.workflow.characterize import measure
 from fullwell.workflow.options import Options
+from fullwell.workflow.spanning import Measurement
 
 UNLIT = {"bias": (0.0001,), "dark": (0.5, 1.0, 2.0)}
 FLATS = (0.01, 0.02, 0.04)

@@ -13,10 +13,10 @@ from fullwell.frames.study import load_study
 from fullwell.kernels.pixel_maps import Rows
 from fullwell.raw.write import write_dng
 from fullwell.statistics.pixels import combine
-from fullwell.workflow.measure.pattern_maps import may_be_mapped
 from fullwell.workflow.read_ahead import ReadAhead, Stoppable
 from fullwell.workflow.reduce import reduce_in_groups, reduce_study
 from fullwell.workflow.scratch import narrowed
+from fullwell.workflow.wanted import may_be_mapped
 
 KEYS = [[("flat", float(group), float(one)) for one in range(3)] for group in range(4)]
 

@@ -5,68 +5,29 @@ measures.
 """
 
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from importlib import import_module
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fullwell.frames.checks import exclusion_findings
 from fullwell.frames.series import MEASURED_KINDS, Series, SeriesKey, Study
-from fullwell.report.pictures import Pictures, ResponsePicture
 from fullwell.statistics.pixels import PixelSums
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.duplicates import find_copies
 from fullwell.workflow.executor import Progress
-from fullwell.workflow.iso_maps import write_response_maps, write_shading_maps
-from fullwell.workflow.measure.bursts import IsoBursts, group_by_iso, without_pixels
-from fullwell.workflow.measure.emva.stacks import FEWEST_FRAMES
-from fullwell.workflow.measure.iso import IsoMeasurement, measure_iso, without_sums
-from fullwell.workflow.measure.pattern_maps import IsoMaps, may_be_mapped
-from fullwell.workflow.measure.section import Section
-from fullwell.workflow.measure.temperatures import measure_temperatures
+from fullwell.workflow.measure.bursts import group_by_iso
 from fullwell.workflow.memory import give_back
 from fullwell.workflow.options import Options
-from fullwell.workflow.pattern_pictures import response_pictures
-from fullwell.workflow.pictures import take_pictures
 from fullwell.workflow.plan import Cluster
-from fullwell.workflow.published.study import PublishedMeasurement
 from fullwell.workflow.reduce import Reduction, reduce_in_groups, reduce_study
+from fullwell.workflow.wanted import may_be_mapped, wanted
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class IsoOutcome:
-    """What one ISO came to, without its pixels.
-
-    Parameters
-    ----------
-    bursts
-        All that was taken.
-    measured
-        What was measured at its main temperature.
-    temperatures
-        What was measured at others.
-    pictures
-        Of two unlit frames, at the first ISO that has such.
-    responses
-        Of the slopes of its pixels.
-
-    """
-
-    bursts: IsoBursts
-    measured: IsoMeasurement
-    temperatures: Section
-    pictures: Pictures
-    responses: tuple[ResponsePicture, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasuredIsos:
-    """Every ISO of a study, in ascending order; what its files came to; and the published study's figures so far."""
-
-    isos: tuple[IsoOutcome, ...]
-    reduction: Reduction
-    published: PublishedMeasurement
+if TYPE_CHECKING:
+    from fullwell.workflow.iso_measurer import IsoMeasurer, MeasuredIsos
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +58,7 @@ class IsoReader:
     cache: SeriesCache | None = None
     cluster: Cluster | None = None
 
-    def measure(self, measured: Study) -> MeasuredIsos:
+    def measure(self, measured: Study) -> "MeasuredIsos":
         """Measure every ISO of a study.
 
         Whether a file is a copy of another is known only when all have been read. Where there are copies, which is
@@ -119,12 +80,11 @@ class IsoReader:
             found = replace(again, reduction=files)
         return replace(found, reduction=copies.named(found.reduction))
 
-    def _pass(self, measured: Study, series: Sequence[Series]) -> MeasuredIsos:
+    def _pass(self, measured: Study, series: Sequence[Series]) -> "MeasuredIsos":
         """Read some series of a study, and measure each ISO as soon as it has been read."""
-        published = PublishedMeasurement(self.study, options=self.options, folder=self.folder)
         order = sorted(measured.isos, key=lambda iso: (iso is None, iso or 0.0))
         groups = [[one for one in series if one.iso == iso] for iso in order]
-        kept = self._kept(groups)
+        kept = wanted(groups, stacks=bool(self.options.profiles))
         reductions = reduce_in_groups(
             measured,
             groups,
@@ -136,18 +96,19 @@ class IsoReader:
             pairs=bool(self.options.profiles),
             cache=self.cache,
             cluster=self.cluster,
+            meanwhile=_load_measurer,
         )
         files: list[Reduction] = []
-        isos: list[IsoOutcome] = []
+        measurer: IsoMeasurer | None = None
         with closing(reductions):
             for reduction in reductions:
                 files.append(replace(reduction, sums={}, first={}))
                 sums = {**reduction.sums, **self._sums_missed(measured, series, reduction, kept)}
-                found = group_by_iso(measured, reduction.statistics, sums, reduction.first)
-                isos.extend(self._measured(bursts, published, isos) for bursts in found)
+                measurer = measurer or self._measurer()
+                for bursts in group_by_iso(measured, reduction.statistics, sums, reduction.first):
+                    measurer.measure(bursts)
                 give_back()
-        isos.sort(key=lambda one: measured.isos.index(one.bursts.iso))
-        return MeasuredIsos(isos=tuple(isos), reduction=_together(measured, files), published=published)
+        return (measurer or self._measurer()).measured(_together(measured, files), order=measured.isos)
 
     def _sums_missed(
         self, measured: Study, series: Sequence[Series], reduction: Reduction, kept: frozenset[SeriesKey]
@@ -173,35 +134,15 @@ class IsoReader:
             cluster=self.cluster,
         ).sums
 
-    def _kept(self, groups: Iterable[Sequence[Series]]) -> frozenset[SeriesKey]:
-        """Return the series whose pixels are looked at one by one."""
-        if self.options.profiles:
-            return frozenset(one.key for one in chain(*groups) if len(one.frames) >= FEWEST_FRAMES)
-        return frozenset(key for group in groups for key in may_be_mapped(group))
+    def _measurer(self) -> "IsoMeasurer":
+        from fullwell.workflow.iso_measurer import IsoMeasurer  # noqa: PLC0415 - loads while files are read
 
-    def _measured(self, bursts: IsoBursts, published: PublishedMeasurement, before: Iterable[IsoOutcome]) -> IsoOutcome:
-        """Measure an ISO while its sums are there."""
-        profiles = self.options.profiles
-        responses: list[ResponsePicture] = []
+        return IsoMeasurer(self.study, options=self.options, folder=self.folder)
 
-        def maps_made(used: IsoBursts, maps: IsoMaps) -> None:
-            if self.folder is not None:
-                write_response_maps(self.study, used, maps, self.folder / "maps")
-                responses.extend(response_pictures(self.study, used.iso, maps))
 
-        one = measure_iso(self.study, bursts, workers=self.options.workers, profiles=profiles, maps_made=maps_made)
-        pictures = Pictures()
-        if self.folder is not None:
-            write_shading_maps(self.study, one, self.folder / "maps")
-            pictures = pictures if any(iso.pictures.differences for iso in before) else take_pictures(bursts)
-        published.add(one)
-        return IsoOutcome(
-            bursts=without_pixels(bursts),
-            measured=without_sums(one),
-            temperatures=measure_temperatures(self.study, bursts, one.section.rows, profiles=profiles),
-            pictures=pictures,
-            responses=tuple(responses),
-        )
+def _load_measurer() -> None:
+    """Load all that measures: while files are read, a processor has nothing else to do."""
+    import_module("fullwell.workflow.spanning")
 
 
 def _together(study: Study, files: Sequence[Reduction]) -> Reduction:

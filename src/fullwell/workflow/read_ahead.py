@@ -32,6 +32,7 @@ class ReadAhead:
         self._place = {key: place for place, group in enumerate(groups) for key in group}
         self._left = [len(group) for group in groups]
         self._wanted = 0
+        self._begun = False
         self._ahead = ahead
         self._stopped = False
         self._changed = Condition()
@@ -59,6 +60,7 @@ class ReadAhead:
         """Say that what a series came to is there."""
         with self._changed:
             self._left[self._place[key]] -= 1
+            self._begun = True
             self._changed.notify_all()
 
     def check(self) -> None:
@@ -66,14 +68,25 @@ class ReadAhead:
         if self._stopped:
             raise _AbandonedError
 
-    def groups(self, read: Callable[[], None]) -> Generator[int]:
+    def groups(self, read: Callable[[], None], *, meanwhile: Callable[[], None] | None = None) -> Generator[int]:
         """Call ``read`` in the background and yield the place of each group once it is there.
 
         What ``read`` raises is raised here. A caller that gives up closes the generator, which stops the reading.
+
+        Parameters
+        ----------
+        read
+            Says of each series when it has arrived.
+        meanwhile
+            Called once the first series has arrived, while others are read.
+
         """
         with ThreadPoolExecutor(1, thread_name_prefix="fullwell-reader") as pool:
             try:
                 reading = pool.submit(read)
+                if meanwhile is not None:
+                    self._wait_to_begin(reading)
+                    meanwhile()
                 for place in range(len(self._left)):
                     self._wait(place, reading)
                     yield place
@@ -83,6 +96,11 @@ class ReadAhead:
                 reading.result()
             finally:
                 self._stopped = True
+
+    def _wait_to_begin(self, reading: "Future[None]") -> None:
+        with self._changed:
+            while not self._begun and not reading.done():
+                self._changed.wait(POLL_S)
 
     def _wait(self, place: int, reading: "Future[None]") -> None:
         with self._changed:

@@ -4,7 +4,7 @@ The results are the same for any number of threads, on one machine or many, and 
 left (`parts`, `threads`, `cluster`, `cache`).
 """
 
-from collections.abc import Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import chain
@@ -122,6 +122,7 @@ def reduce_in_groups(
     pairs: bool = False,
     cache: SeriesCache | None = None,
     cluster: Cluster | None = None,
+    meanwhile: Callable[[], None] | None = None,
 ) -> Generator[Reduction]:
     """Yield what each group of series comes to, while those of the next are read.
 
@@ -137,6 +138,8 @@ def reduce_in_groups(
         As `reduce_study`; a single worker reads no group while another is looked at.
     kept
         Series whose sums are kept pixel by pixel.
+    meanwhile
+        Called while frames are read, once the first series is there.
 
     Raises
     ------
@@ -162,7 +165,7 @@ def reduce_in_groups(
     def read() -> None:
         desk.read(workers=workers, progress=told, cluster=cluster)
 
-    with closing(desk.waits.groups(read)) as places:
+    with closing(desk.waits.groups(read, meanwhile=meanwhile)) as places:
         for place in places:
             yield _reduction(every[place], desk.outcomes)
             desk.forget(every[place])

@@ -9,11 +9,12 @@ from fullwell.frames.selection import Selection
 from fullwell.frames.series import Camera
 from fullwell.simulate.config import SimulationConfig
 from fullwell.simulate.truth import true_values
-from fullwell.workflow.characterize import Measurement, measure
+from fullwell.workflow.characterize import measure
 from fullwell.workflow.executor import Progress
 from fullwell.workflow.loop.comparison import Comparison, compared
 from fullwell.workflow.options import Options
 from fullwell.workflow.simulation.simulate import simulate_config
+from fullwell.workflow.spanning import Measurement
 
 STUDY: Final = "study"
 """Folder of the simulated frames."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from fullwell.fit.noise_floor import NoiseFloor, noise_floor
 from fullwell.fit.variance_components import component
-from fullwell.frames.series import Kind, Series, SeriesKey
 from fullwell.statistics.pixels import combine, line_coefficients
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -28,8 +27,6 @@ SLOPE: Final = "slope"
 INTERCEPT: Final = "intercept"
 MADE_TOGETHER: Final = ((STACK,), (SLOPE, INTERCEPT))
 """Maps that are in memory at once."""
-_NEAREST: Final = 2
-"""Exposures of unlit series kept on either side of the flats'."""
 MOST_BEYOND: Final = 2.0
 """By what factor a dark frame may be longer exposed than the flats it is set against."""
 
@@ -161,24 +158,6 @@ def _steady(bursts: IsoBursts, channel: str) -> tuple[Burst, ...]:
     if channel in bursts.black_clipped:
         return ()
     return tuple(burst for burst in bursts.unlit if burst.frames > 1 and burst.sums is not None)
-
-
-def may_be_mapped(series: Sequence[Series]) -> frozenset[SeriesKey]:
-    """Return the series of one ISO whose sums maps may be made of, before any has been read.
-
-    These are all flats; the shortest unlit series; those that lie between the flats by exposure; and the two nearest
-    on either side, so that one may turn out to be damaged without another reading. With several temperatures all are.
-    """
-    flats = [one for one in series if one.kind is Kind.FLAT]
-    several = [one for one in series if len(one.frames) > 1]
-    unlit = sorted((one for one in several if one.kind is not Kind.FLAT), key=lambda one: one.exposure_s or 0.0)
-    if not flats or any(one.condition_c is not None for one in series):
-        return frozenset(one.key for one in series)
-    exposures_s = [one.exposure_s or 0.0 for one in flats]
-    before = {one.exposure_s or 0.0 for one in unlit if (one.exposure_s or 0.0) < min(exposures_s)}
-    beyond = {one.exposure_s or 0.0 for one in unlit if (one.exposure_s or 0.0) > max(exposures_s)}
-    far = {*sorted(before)[1:-_NEAREST], *sorted(beyond)[_NEAREST:]}
-    return frozenset(one.key for one in (*flats, *unlit) if (one.exposure_s or 0.0) not in far)
 
 
 def make_maps(

@@ -9,9 +9,7 @@ from fullwell.frames.selection import EXPOSURE_TOLERANCE
 from fullwell.statistics.high_pass import SMALLEST_PLANE, filtered
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
-
-FEWEST_FRAMES = 3
-"""More than a pair."""
+from fullwell.workflow.wanted import FEWEST_FRAMES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

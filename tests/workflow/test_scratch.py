@@ -42,9 +42,6 @@ def test_ahead_of_time_all_may_be_kept_where_there_are_files(
     monkeypatch.setattr(scratch, "MOST_KEPT_BYTES", 3 * sums(0).nbytes)
     in_memory = KeptSums(series=3, pixels=6)
     for where, roomy in ((kept, [True] * 3), (in_memory, [True, True, False])):
-        found = []
-        for value in range(3):
-            where.keep(sums(value))
-            found.append(where.roomy())
-        assert found == roomy
+        found = [(where.keep(sums(value)), where.roomy()) for value in range(3)]
+        assert [one for _, one in found] == roomy
     assert files(tmp_path) == 0

@@ -89,6 +89,22 @@ def test_white_level_nobody_tells_is_that_of_the_bits_seen(camera, tmp_path):
     assert "white-level-unknown" in codes(outcome.section.findings)
 
 
+def test_of_noise_that_falls_with_the_signal_no_level_is_said_to_make_sense(tmp_path):
+    """As of patches that lie across the borders of dark fields."""
+    rng = np.random.default_rng(2)
+    levels = np.repeat(np.repeat(np.linspace(100.0, 800.0, 8), 32)[None], 32, axis=0)
+    mosaic = 64.0 + levels + rng.normal(0.0, 20.0 - levels / 50.0)
+    lines = [f"{at},{32 * at},0,32,32" for at in range(8)]
+    (tmp_path / "patches.csv").write_text("\n".join(["patch,x,y,width,height", *lines]) + "\n")
+    path = write_tiff(tmp_path / "shot.tif", np.rint(mosaic).astype(np.uint16))
+    selection = Selection(cfa="RGGB", white_level=4095.0)
+    study = load_images([path], selection, kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=Options(selection=selection, workers=1), asked=asked(tmp_path))
+    (said,) = (one.message for one in outcome.section.findings if one.code == "offset-not-identified")
+    assert "no level makes sense of the patches" in said
+    assert "fits as well" not in said
+
+
 def test_charts_of_a_study_use_its_dark_frames_and_leave_its_figures_alone(camera, tmp_path):
     folder = tmp_path / "study" / "chart"
     folder.mkdir(parents=True)

@@ -246,6 +246,8 @@ def _offset_findings(shots: Shots, levels: ChartLevels, models: Sequence[ChartMo
     black = levels.of(model.channel)
     if model.coefficients[0] <= 0.0:
         said = "the noise in the dark comes out at or below zero"
+    elif model.coefficients[1] <= 0.0:
+        said = "the noise does not grow with the signal as that of photons does: no level makes sense of the patches"
     else:
         dark = math.sqrt(float(model.coefficients[0])) / levels.digital_maximum
         relative = float(model.coefficients[1] / (2.0 * model.coefficients[0]))

@@ -1,5 +1,6 @@
 """What one run has compiled, the next one does not compile again."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +21,19 @@ study = load_study(Path(sys.argv[1]), Selection())
 with event.install_recorder("numba:compile") as compiled:
     reduce_study(study, workers=2, tile=8, keep=[one.kind for one in study.series])
 print(sum(one.is_start for _, one in compiled.buffer))
+"""
+
+FAST = """
+import numpy as np
+from fullwell.kernels.cosine_sums import cosine_sums
+from fullwell.statistics.pattern import pattern
+rng = np.random.default_rng(1)
+plane = rng.normal(0.3, 2.0, (384, 512)).astype(np.float32)[::2, ::2]
+for relative in (False, True):
+    found = pattern(plane + np.float32(100 * relative), tile=64, relative=relative)
+    print(found.variance.tolist(), found.inverse_square.tolist(), found.row_mean_square, found.column_mean_square)
+y, x = np.linspace(-0.6, 0.6, 48), np.linspace(-0.8, 0.8, 61)
+print(cosine_sums(y, x, rng.random((48, 61)), rng.random((48, 61)), (1.0, 0.01, 0.02, 0.1)).tolist())
 """
 
 
@@ -47,6 +61,18 @@ def test_a_second_run_compiles_nothing(tmp_path: Path) -> None:
             )
     compiled(tmp_path)
     assert compiled(tmp_path) == 0
+
+
+def test_what_is_compiled_gives_the_same_bits_as_what_was_kept(tmp_path: Path) -> None:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+
+    def found() -> str:
+        command = [sys.executable, "-c", FAST]
+        return subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+
+    compiling, kept = found(), found()
+    assert len(compiling.splitlines()) == 3
+    assert compiling == kept
 
 
 def test_what_other_sources_were_compiled_into_is_forgotten(tmp_path: Path) -> None:

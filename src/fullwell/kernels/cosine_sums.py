@@ -2,6 +2,7 @@
 
 Of S = A q^-2 with q = 1 + a y + b x + u (y^2 + x^2) the derivatives by A, a, b and u are q^-2 and -2 A q^-3 times y, x
 and y^2 + x^2; the loop takes q^-3 without its factor.
+It is compiled into the function that calls it for the reason `pattern_tiles` gives.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@njit(cache=True, nogil=True, forceinline=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _add_row(
     y: float, x: FloatArray, signal: FloatArray, weight: FloatArray, law: tuple[float, float, float, float]
 ) -> tuple[float, ...]:

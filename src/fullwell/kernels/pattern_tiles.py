@@ -2,6 +2,9 @@
 
 On a rectangular grid the products of the discrete orthogonal polynomials of degree 0 to 2 along both sides span the
 six terms of a quadratic surface and are orthogonal, so that each coefficient is a sum of its own.
+
+Loops that may add in any order become part of the function that calls them: compiled on their own they would add in
+another one, and a run that compiles would differ in the last digits from one that finds all compiled.
 """
 
 from typing import NamedTuple
@@ -66,7 +69,7 @@ class _Side(NamedTuple):
 Surface = tuple[float, float, float, float, float, float]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@njit(cache=True, nogil=True, forceinline=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _fitted(tile: MapPlane, down: _Side, across: _Side, values: FloatArray) -> Surface:
     """Copy a tile and return what its surface holds of 1, v, v2, u, u v and u2."""
     v, v2, u, u2 = down.linear, down.quadratic, across.linear, across.quadratic
@@ -98,7 +101,7 @@ def _fitted(tile: MapPlane, down: _Side, across: _Side, values: FloatArray) -> S
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@njit(cache=True, nogil=True, forceinline=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _subtract(values: FloatArray, surface: Surface, down: _Side, across: _Side) -> None:
     """Take the surface off a tile."""
     for r in range(values.shape[0]):
@@ -109,7 +112,7 @@ def _subtract(values: FloatArray, surface: Surface, down: _Side, across: _Side) 
             row[c] -= level + slope * across.linear[c] + bend * across.quadratic[c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@njit(cache=True, nogil=True, forceinline=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _divide(values: FloatArray, surface: Surface, down: _Side, across: _Side) -> tuple[float, bool]:
     """Make a tile its own over the surface, less 1; return the sum of surface^-2, and whether it is above zero."""
     inverse, dark = 0.0, 0
@@ -126,7 +129,7 @@ def _divide(values: FloatArray, surface: Surface, down: _Side, across: _Side) ->
     return inverse, dark == 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@njit(cache=True, nogil=True, forceinline=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _summed(values: FloatArray, by_row: FloatArray, by_column: FloatArray) -> float:
     """Add a tile's rows and columns up, and return its sum of squares."""
     power = 0.0

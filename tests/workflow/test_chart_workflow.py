@@ -10,12 +10,14 @@ import tifffile
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Row
+from fullwell.frames.chart.locate import Located
 from fullwell.frames.images import load_images
 from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study
 from fullwell.raw.image import Area, RawHeader
 from fullwell.units import DN, Measured
+from fullwell.workflow.chart import patches
 from fullwell.workflow.chart.chart import ChartOptions, chart, measure_chart_folders, measure_images
 from fullwell.workflow.chart.patches import WhereAbouts
 from fullwell.workflow.masked import masked_area, masked_sums
@@ -133,6 +135,46 @@ def test_charts_of_a_study_use_its_dark_frames_and_leave_its_figures_alone(camer
     (gain,) = rows_of(outcome.section.rows, "system_gain", "all", "photon-transfer")
     assert gain.region is None
     assert "recommended" in gain.flags
+
+
+def test_patches_of_the_whole_frame_are_found_in_a_region_of_it(camera, tmp_path):
+    camera.write_patches(tmp_path / "patches.csv")
+    image = write_tiff(tmp_path / "0.tif", camera.frame(1.0))
+    height, width = camera.shape
+
+    def rows(x, y):
+        crop = None if (x, y) == (0, 0) else (x, y, width - x, height - y)
+        selection = Selection(cfa="RGGB", white_level=16383.0, crop=crop)
+        study = load_images([image], selection, kind=Kind.CHART)
+        outcome, _ = measure_images(study, options=Options(selection=selection, workers=1), asked=asked(tmp_path))
+        return [row for row in outcome.section.rows if row.quantity != "white_level"]
+
+    left = min(x for x, _, _ in camera.places()) // 2 * 2
+    assert left >= 2
+    assert rows(2, 2) == rows(0, 0)
+    with pytest.raises(UsageError, match=r"--crop 1,2,.*: give even X and Y"):
+        rows(1, 2)
+    with pytest.raises(UsageError, match=r"Patch P1 .* reaches out of --crop"):
+        rows(left + 2, 0)
+
+
+def test_corners_of_the_whole_frame_are_those_of_a_region_of_it(camera, tmp_path, monkeypatch):
+    image = write_tiff(tmp_path / "0.tif", camera.frame(1.0))
+    height, width = camera.shape
+    crop = (8, 4, width - 8, height - 4)
+    study = load_images([image], Selection(cfa="RGGB", crop=crop), kind=Kind.CHART)
+    frames = [(series, frame) for series in study.series for frame in series.frames]
+    used = []
+
+    def locate(mosaic, *, corners, **_):
+        used.append((mosaic.shape, corners))
+        return Located(patches=(), confidence=0.0, corners=(), orientation=0, reason="Nothing like it.")
+
+    monkeypatch.setattr(patches, "locate", locate)
+    where = WhereAbouts(chart="colorchecker-classic", corners=((20, 10), (220, 10), (220, 150), (20, 150)))
+    with pytest.raises(UsageError, match=r"^0\.tif: nothing like it\.$"):
+        patches.place(study, [frames], where, crop=crop)
+    assert used == [((height - 4, width - 8), ((12, 6), (212, 6), (212, 146), (12, 146)))]
 
 
 def test_bad_patches_in_a_study_are_a_finding(camera, tmp_path):

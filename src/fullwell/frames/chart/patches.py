@@ -123,6 +123,37 @@ def check_patches(patches: Sequence[Patch], *, width: int, height: int, cell: in
     )
 
 
+def within(patches: Sequence[Patch], region: tuple[int, int, int, int], *, cell: int) -> tuple[Patch, ...]:
+    """Return patches of the whole frame as they lie in a region of it.
+
+    Parameters
+    ----------
+    patches
+        Counted from the top left of the whole visible mosaic.
+    region
+        x, y, width and height of what is measured, as ``--crop`` has it [pixel].
+    cell
+        Period of the CFA, which the region has to begin on [pixel].
+
+    Raises
+    ------
+    UsageError
+        Where the region begins between cells, or a patch reaches out of it.
+
+    """
+    x, y, width, height = region
+    crop = f"--crop {x},{y},{width},{height}"
+    if x % cell or y % cell:
+        raise UsageError(f"{crop}: give even X and Y; patches begin on cells of the colour filter array.")
+    for one in patches:
+        if one.x < x or one.y < y or one.x + one.width > x + width or one.y + one.height > y + height:
+            place = f"Patch {one.name} ({one.x},{one.y},{one.width},{one.height})"
+            raise UsageError(
+                f"{place} reaches out of {crop}; both count from the top left of the whole visible mosaic."
+            )
+    return tuple(replace(one, x=one.x - x, y=one.y - y) for one in patches)
+
+
 def inset(patches: Sequence[Patch], fraction: float) -> tuple[Patch, ...]:
     """Return the middles of patches, on even pixels.
 

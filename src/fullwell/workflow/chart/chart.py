@@ -98,6 +98,8 @@ def chart(
 
     """
     check_target(out)
+    if asked.rendered is not None and options.selection.crop is not None:
+        raise UsageError("--rendered shows the whole frame: leave --crop out, or --rendered.")
     started = time.monotonic()
     study = load_images(images, options.selection, kind=Kind.CHART)
     _refuse_to_replace(study, out)
@@ -137,7 +139,7 @@ def measure_images(
         )
     frames = [(series, frame) for series in study.series for frame in series.frames]
     scenes = [[one] for one in sorted(frames, key=lambda one: one[1].name)] if asked.separate else [frames]
-    placed, findings = place(study, scenes, asked.where)
+    placed, findings = place(study, scenes, asked.where, crop=options.selection.crop)
     reading = _read(study, placed, options=options, progress=progress)
     if not reading.shots.scenes:
         said = reading.excluded[0].reason if reading.excluded else "they cannot be read"
@@ -181,7 +183,7 @@ def measure_chart_folders(
         frames = [(series, frame) for series in study.select(Kind.CHART, iso=iso) for frame in series.frames]
         if not frames:
             continue
-        placed, findings = place_unasked(study, _by_folder(frames))
+        placed, findings = place_unasked(study, _by_folder(frames), crop=options.selection.crop)
         sections.append(Section(findings=(*located_finding(placed), *findings)))
         if not placed:
             continue

@@ -9,7 +9,7 @@ from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Finding, Severity
 from fullwell.frames.chart.definition import ChartDefinition, chart_named, chart_names
 from fullwell.frames.chart.locate import CONFIDENCE, Located, Point, locate
-from fullwell.frames.chart.patches import Patch, check_patches, read_patches
+from fullwell.frames.chart.patches import Patch, check_patches, read_patches, within
 from fullwell.frames.series import Frame, Series, Study
 from fullwell.raw.cfa import cell
 from fullwell.workflow.chart.reading import Placed, mosaic_of
@@ -19,6 +19,7 @@ BESIDE: Final = "patches.csv"
 
 Frames = Sequence[tuple[Series, Frame]]
 Corners = tuple[Point, Point, Point, Point]
+Region = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +42,9 @@ class WhereAbouts:
     corners: Corners | None = None
 
 
-def place(study: Study, scenes: Sequence[Frames], where: WhereAbouts) -> tuple[tuple[Placed, ...], tuple[Finding, ...]]:
+def place(
+    study: Study, scenes: Sequence[Frames], where: WhereAbouts, *, crop: Region | None = None
+) -> tuple[tuple[Placed, ...], tuple[Finding, ...]]:
     """Return every scene with its patches.
 
     Parameters
@@ -51,7 +54,9 @@ def place(study: Study, scenes: Sequence[Frames], where: WhereAbouts) -> tuple[t
     scenes
         Frames of each still scene.
     where
-        What the user says.
+        What the user says, of the whole visible mosaic.
+    crop
+        Region of it that the study was cut to.
 
     Raises
     ------
@@ -68,17 +73,19 @@ def place(study: Study, scenes: Sequence[Frames], where: WhereAbouts) -> tuple[t
     for number, frames in enumerate(scenes):
         located: Located | None = None
         if where.patches:
-            patches = read_patches(where.patches[number if len(where.patches) > 1 else 0])
+            patches = _read(study, where.patches[number if len(where.patches) > 1 else 0], crop)
         else:
-            located = _located(study, frames, chart_named(where.chart or ""), where.corners)
-            _require_trust(located, frames, where)
+            located = _located(study, frames, chart_named(where.chart or ""), _moved(where.corners, crop))
+            _require_trust(located, frames)
             patches = located.patches
         findings += _checked(study, patches)
         placed.append(Placed(name=frames[0][1].name, frames=tuple(frames), patches=patches, located=located))
     return tuple(placed), tuple(dict.fromkeys(findings))
 
 
-def place_unasked(study: Study, scenes: Sequence[Frames]) -> tuple[tuple[Placed, ...], tuple[Finding, ...]]:
+def place_unasked(
+    study: Study, scenes: Sequence[Frames], *, crop: Region | None = None
+) -> tuple[tuple[Placed, ...], tuple[Finding, ...]]:
     """Return the scenes of a study whose patches a file beside them gives, or that show a chart we know.
 
     Bad patches and scenes without a chart become findings.
@@ -90,7 +97,7 @@ def place_unasked(study: Study, scenes: Sequence[Frames]) -> tuple[tuple[Placed,
         beside = _beside(frames)
         try:
             if beside is not None:
-                located, patches = None, read_patches(beside)
+                located, patches = None, _read(study, beside, crop)
                 findings += _checked(study, patches)
             else:
                 located = _best(study, frames)
@@ -127,6 +134,18 @@ def located_finding(placed: Sequence[Placed]) -> tuple[Finding, ...]:
     )
 
 
+def _read(study: Study, path: Path, crop: Region | None) -> tuple[Patch, ...]:
+    patches = read_patches(path)
+    return patches if crop is None else within(patches, crop, cell=cell(study.cfa))
+
+
+def _moved(corners: Corners | None, crop: Region | None) -> Corners | None:
+    if corners is None or crop is None:
+        return corners
+    first, second, third, fourth = ((x - crop[0], y - crop[1]) for x, y in corners)
+    return first, second, third, fourth
+
+
 def _located(study: Study, frames: Frames, definition: ChartDefinition, corners: Corners | None) -> Located:
     """Locate a chart in the longest exposure that shows it beyond doubt, else as well as any does."""
     best: Located | None = None
@@ -157,16 +176,11 @@ def _best(study: Study, frames: Frames) -> Located:
     return max(found, key=lambda one: one.confidence)
 
 
-def _require_trust(located: Located, frames: Frames, where: WhereAbouts) -> None:
+def _require_trust(located: Located, frames: Frames) -> None:
     if located.confidence >= CONFIDENCE:
         return
-    why = located.reason.rstrip(".") or "nothing in the picture fits it"
-    hint = "give the patches with --patches" if where.corners else "give its corners with --corners x1,y1,... "
-    hint = hint if where.corners else f"{hint}(clockwise from the chart's own top left), or the patches with --patches"
-    raise UsageError(
-        f"The chart {where.chart} was not found in {frames[0][1].name} (confidence {located.confidence:.2f} of at "
-        f"least {CONFIDENCE:g}): {why}; {hint}."
-    )
+    why = located.reason.rstrip(".") or "Nothing in the picture fits it; give the patches with --patches"
+    raise UsageError(f"{frames[0][1].name}: {why[:1].lower()}{why[1:]}.")
 
 
 def _first_of_each(frames: Frames) -> list[Frame]:

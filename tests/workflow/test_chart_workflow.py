@@ -177,6 +177,20 @@ def test_corners_of_the_whole_frame_are_those_of_a_region_of_it(camera, tmp_path
     assert used == [((height - 4, width - 8), ((12, 6), (212, 6), (212, 146), (12, 146)))]
 
 
+def test_without_saturation_every_range_is_a_bound_without_an_interval(tmp_path):
+    camera = Camera(replace(CHART, brightest=0.5), seed=3)
+    camera.write_patches(tmp_path / "patches.csv")
+    image = write_tiff(tmp_path / "0.tif", camera.frame(1.0))
+    selection = Selection(cfa="RGGB", white_level=16383.0)
+    study = load_images([image], selection, kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=Options(selection=selection, workers=1), asked=asked(tmp_path))
+    rows = [row for row in outcome.section.rows if row.quantity in {"saturation_capacity", "dynamic_range"}]
+    assert {"last-consistent-level", "legacy-max-noise-patch", "legacy-patch"} < {row.method for row in rows}
+    assert {"all", "G1"} < {row.channel for row in rows}
+    assert all("lower-bound" in row.flags for row in rows)
+    assert all(row.measured.ci95 is None and row.measured.std_error is None for row in rows)
+
+
 def test_bad_patches_in_a_study_are_a_finding(camera, tmp_path):
     folder = tmp_path / "study" / "charts" / "one"
     folder.mkdir(parents=True)

@@ -188,8 +188,8 @@ def _findings(shots: Shots, levels: ChartLevels, flares: Sequence[ChannelFlare])
         return ()
     message = (
         f"stray light is seen in the dark patches: {100.0 * seen[-1].flare.value:.3g} % of the lightest patch, "
-        f"{100.0 * darkest:.0f} % of the signal of the darkest one; shoot in a dark room, mask everything around the "
-        "chart, and keep lights and white surfaces out of the lens"
+        f"{100.0 * darkest:.0f} % of the signal of the darkest one, dark current of the exposure included; "
+        "shoot in a dark room, mask everything around the chart, and keep lights and white surfaces out of the lens"
     )
     severity = Severity.WARNING if darkest > 0.5 else Severity.INFO
     return (Finding(code="stray-light", severity=severity, message=message),)

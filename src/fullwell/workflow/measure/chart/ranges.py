@@ -74,7 +74,7 @@ def measure_ranges(
         rows += _saturation_rows(shots, model, found)
         noise = NoiseModel(coefficients=model.coefficients, covariance=model.covariance, dof=model.fit.dof)
         rows += ratio_rows(shots.bursts, model.channel, noise, found.peak, thresholds=THRESHOLDS)
-        rows += _legacy_rows(shots, model, points, signal)
+        rows += _legacy_rows(shots, model, found.peak, points, signal)
     return Section(rows=tuple(rows), findings=_findings(shots, ranges)), tuple(ranges)
 
 
@@ -121,6 +121,8 @@ def _saturation(
     residual = signed_deviance(total, np.maximum(expected, np.finfo(np.float64).tiny), dof)
     bright = signal > 0.5 * float(signal.max())
     last = last_consistent_level(signal[bright], residual[bright], ceiling_dn=ceiling)
+    if last is not None:
+        last = replace(last, signal=last.bounded(last.signal)[0])
     return ChannelRange(channel=model.channel, peak=peak, top=top, last=last)
 
 
@@ -167,9 +169,16 @@ def _in_electrons(signal: Measured, system_gain: Measured) -> Measured:
 
 
 def _legacy_rows(
-    shots: Shots, model: ChartModel, points: Sequence[PatchPoint], signal: NDArray[np.float64]
+    shots: Shots,
+    model: ChartModel,
+    peak: SaturationLevel,
+    points: Sequence[PatchPoint],
+    signal: NDArray[np.float64],
 ) -> tuple[Row, ...]:
-    """Return saturation and dynamic range as the published page reads them off the patches of the nominal exposure."""
+    """Return saturation and dynamic range as the published page reads them off the patches of the nominal exposure.
+
+    The largest noise is on a patch before the last by chance, or as another channel's, where nothing saturates: bounds.
+    """
     nominal = {id(point) for scene in shots.scenes for point in scene.brightest.points}
     chosen = [index for index, point in enumerate(points) if id(point) in nominal]
     variance = np.array([points[index].variance_dn2 for index in chosen])
@@ -183,9 +192,9 @@ def _legacy_rows(
             "legacy-max-noise-patch",
             measured,
             source="METHOD 7",
-            flags=saturation.flags,
+            flags=_bound(peak, saturation.flags),
         )
-        for measured in (saturation.signal, saturation.electrons)
+        for measured in peak.bounded(saturation.signal, saturation.electrons)
     ]
     known = [np.nan if density is None else density for density in densities]
     usable = np.isfinite(known).sum() > 2
@@ -200,11 +209,15 @@ def _legacy_rows(
                     measured,
                     source="METHOD 8",
                     snr_threshold=threshold,
-                    flags=reach.flags,
+                    flags=_bound(peak, reach.flags),
                 )
-                for measured in (reach.decibel, reach.stops)
+                for measured in peak.bounded(reach.decibel, reach.stops)
             ]
     return tuple(rows)
+
+
+def _bound(peak: SaturationLevel, flags: tuple[str, ...]) -> tuple[str, ...]:
+    return (LOWER_BOUND,) if LOWER_BOUND in peak.flags else flags
 
 
 def _findings(shots: Shots, ranges: Iterable[ChannelRange]) -> tuple[Finding, ...]:

@@ -44,6 +44,7 @@ def make_dng() -> MakeFrame:
         white: int = 1023,
         height: int = 8,
         width: int = 12,
+        serial: str | None = None,
     ) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         pattern = bytes("RGB".index(letter) for letter in cfa)
@@ -55,6 +56,8 @@ def make_dng() -> MakeFrame:
             (50714, 4, 1, black, True),
             (50717, 4, 1, white, True),
         ]
+        if serial is not None:
+            tags.append((50735, 2, 0, serial, True))
         if exposure_us is not None:
             tags.append((33434, 5, 1, (exposure_us, 1_000_000), True))
         if iso is not None:

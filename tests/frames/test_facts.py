@@ -62,6 +62,22 @@ def test_a_built_in_camera_is_compared_with_the_files(
     assert not findings(tmp_path, Selection(camera=Camera(name="Mine")), "camera-differs")
 
 
+@pytest.mark.parametrize(
+    ("serials", "differ"), [(("A1", "A1"), False), (("A1", None), False), ((None, None), False), (("A1", "B2"), True)]
+)
+def test_bodies_of_one_model_are_different_cameras(
+    tmp_path: Path,
+    make_dng: MakeFrame,
+    serials: tuple[str | None, str | None],
+    differ: bool,  # noqa: FBT001 - pytest hands its parameters by name
+) -> None:
+    for number, serial in enumerate(serials):
+        make_dng(tmp_path / f"dark/{number}.dng", serial=serial)
+    found = findings(tmp_path, Selection(), "cameras-differ")
+    assert len(found) == differ
+    assert all("A1" in one.message and "B2" in one.message for one in found)
+
+
 def test_files_without_a_model_are_not_compared(tmp_path: Path, make_tiff: MakeFrame) -> None:
     make_tiff(tmp_path / "flat/exp1ms.tif")
     assert not findings(tmp_path, Selection(cfa="RGGB", camera=camera_named("pixel-4a")), "camera-differs")

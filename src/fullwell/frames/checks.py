@@ -172,13 +172,19 @@ def _levels_vary(readings: Sequence[Reading]) -> Iterator[Finding]:
 
 
 def _cameras(readings: Sequence[Reading]) -> Iterator[Finding]:
-    names = {(one.frame.header.make or "", one.frame.header.model or "") for one in readings}
-    if len(names) > 1:
-        spelled = ", ".join(" ".join(part for part in name if part) or "unnamed" for name in sorted(names))
+    headers = [one.frame.header for one in readings]
+    names = {(header.make or "", header.model or "") for header in headers}
+    bodies = {(header.make or "", header.model or "", header.serial) for header in headers if header.serial}
+    if len(names) > 1 or len(bodies) > 1:
+        different = sorted(names if len(names) > 1 else bodies)
+        spelled = ", ".join(" ".join(part for part in name if part) or "unnamed" for name in different)
         yield Finding(
             code="cameras-differ",
             severity=Severity.WARNING,
-            message=f"The files name different cameras ({spelled}); one study should hold one camera.",
+            message=(
+                f"The files name different cameras ({spelled}); one study should hold one camera, whose fixed pattern "
+                "all its frames share."
+            ),
         )
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fullwell.fit.median_pixel import median_pixel_variance
+from fullwell.fit.median_pixel import _widest_step, median_pixel_variance
 
 
 def test_a_few_telegraph_pixels_move_the_mean_but_not_the_median() -> None:
@@ -26,3 +26,25 @@ def test_continuous_noise_is_recovered_within_its_error(frames: int) -> None:
     found = median_pixel_variance(float(np.median(variances)), frames=frames, pixels=100_000)
     assert found.std_error is not None
     assert abs(found.value - 1600.0) < 4.0 * found.std_error
+
+
+@pytest.mark.parametrize("frames", [2, 3, 4, 5, 8])
+def test_variances_of_whole_codes_are_coarse_and_the_interval_allows_for_it(frames: int) -> None:
+    rng = np.random.default_rng(frames)
+    pixels = 20_000
+    for noise in np.geomspace(1.25, 12.0, 24):
+        codes = np.rint(rng.uniform(99.5, 100.5, pixels) + rng.normal(0.0, noise, (frames, pixels)))
+        found = median_pixel_variance(float(np.median(codes.var(axis=0, ddof=1))), frames=frames, pixels=pixels)
+        assert found.ci95 is not None
+        # 120 intervals: 3.9 standard errors, which one in ten thousand exceeds
+        middle, half = found.value, found.ci95[1] - found.value
+        assert abs(middle - noise**2 - 1.0 / 12.0) < 2.0 * half
+
+
+@pytest.mark.parametrize(("frames", "reach"), [(2, 60), (3, 60), (4, 16), (5, 9), (6, 7)])
+def test_no_step_between_spreads_of_whole_codes_is_wider_than_is_reckoned(frames: int, reach: int) -> None:
+    codes = np.stack(np.meshgrid(*[np.arange(reach)] * (frames - 1)), axis=-1).reshape(-1, frames - 1)
+    spreads = np.unique(frames * (codes**2).sum(axis=1) - codes.sum(axis=1) ** 2)
+    spreads = spreads[spreads <= (reach - 1) ** 2 * (frames - 1) / 2]
+    steps = np.diff(spreads)
+    assert all(step <= _widest_step(float(at), frames) for at, step in zip(spreads, steps, strict=False))

@@ -22,8 +22,7 @@ def median_pixel_variance(median_dn2: float, *, frames: int, pixels: int) -> Mea
     Returns
     -------
     Measured
-        Its error is that of a sample median, and the grain of variances of whole codes, multiples of 1 / (L (L - 1)),
-        as a uniform law [DN^2].
+        Its error is that of a sample median, and the grain of variances of whole codes as a uniform law [DN^2].
 
     Examples
     --------
@@ -38,5 +37,19 @@ def median_pixel_variance(median_dn2: float, *, frames: int, pixels: int) -> Mea
     half = dof / 2.0
     density = math.exp((half - 1.0) * math.log(median) - median / 2.0 - half * math.log(2.0) - gammaln(half)) * dof
     sampling = value / ratio / (2.0 * density * math.sqrt(pixels))
-    grain = 2.0 / (frames * dof) / ratio / math.sqrt(12.0)
+    pairs = frames * dof
+    grain = _widest_step(median_dn2 * pairs, frames) / pairs / ratio / math.sqrt(12.0)
     return Measured.normal(value, math.hypot(sampling, grain), DN2)
+
+
+def _widest_step(spread: float, frames: int) -> float:
+    """Return the widest step near D = L Q - S^2 to the next D that L whole codes can have.
+
+    Two frames give squares, three twice a Loeschian number, four three squares in a sum; more frames give all numbers
+    of some remainders by 2 L, at most L - 1 apart.
+    """
+    if frames == 2:
+        return 2.0 * math.sqrt(spread) + 1.0
+    if frames == 3:
+        return 5.0 * max(spread / 2.0, 1.0) ** 0.25
+    return 8.0 if frames == 4 else frames - 1.0

@@ -55,6 +55,19 @@ def test_methods_of_one_truth_are_told_from_others():
     assert "photon noise alone" in snr.verdict.reason
 
 
+def test_a_figure_of_no_exposure_is_set_beside_one_of_none_where_there_is_one():
+    ours = [row("dsnu", 0.5, DN, error=0.01, method="dark-stack")]
+    theirs = [
+        row("dsnu", 0.5, DN, method="truth"),
+        row("dsnu", 0.6, DN, method="truth", exposure_s=1.0),
+        row("dsnu", 0.7, DN, method="truth", exposure_s=2.0),
+    ]
+    for sides in ([ours, theirs], [theirs, ours]):
+        (only,) = crossed(sides, unshared)
+        assert {one.measured.value for one in only.rows} == {0.5}
+    assert len(crossed([ours, theirs[1:]], unshared)) == 2
+
+
 def test_every_method_of_an_estimand_is_one_of_the_glossary():
     known = {entry.name for entry in METHODS} | {"conversion"}
     assert {method for one in ESTIMANDS for method in one.methods} <= known

@@ -157,7 +157,8 @@ def crossed(sides: Sequence[Sequence[Row]], shared: Callable[[int, int], bool]) 
     """Return the figures of two results that stand there by different methods, with whether they mean the same.
 
     Of each result its recommended row is taken, or that of EMVA 1288; figures that both have by one method are left to
-    `matched`. Exposure and temperature are left aside where one of the two does not know them; no threshold is SNR 1.
+    `matched`. Exposure and temperature are left aside where one of the two does not know them, and an exposure only
+    where the other result has no row that belongs to none; no threshold is SNR 1.
     """
     tables = [_leading(rows) for rows in sides]
     found: list[Crossing] = []
@@ -191,7 +192,14 @@ def _unlike(ours: Sequence[Row], theirs: Sequence[Row]) -> list[tuple[Row, Row]]
     """Return pairs by unlike methods under conditions that do not contradict; none where a method is common."""
     if {row.method for row in ours} & {row.method for row in theirs}:
         return []
-    return [(one, other) for one in ours for other in theirs if _compatible(one, other)]
+    pairs = [(one, other) for one in ours for other in theirs if _compatible(one, other)]
+    settled = {id(row) for pair in pairs if _as_particular(*pair) for row in pair}
+    return [pair for pair in pairs if _as_particular(*pair) or not settled.intersection(map(id, pair))]
+
+
+def _as_particular(one: Row, other: Row) -> bool:
+    """Tell whether both belong to one exposure, or neither."""
+    return (one.exposure_s is None) == (other.exposure_s is None)
 
 
 def _compatible(one: Row, other: Row) -> bool:

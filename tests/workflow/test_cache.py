@@ -42,9 +42,9 @@ def decoded(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     names: list[str] = []
     original = Slots.read
 
-    def read(self: Slots, frame: Frame, told: Told, *, whole: bool = False) -> None:
+    def read(self: Slots, frame: Frame, told: Told, *, whole: bool = False, two: bool = False) -> None:
         names.append(frame.name)
-        original(self, frame, told, whole=whole)
+        original(self, frame, told, whole=whole, two=two)
 
     monkeypatch.setattr(Slots, "read", read)
     return names

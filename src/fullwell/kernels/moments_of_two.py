@@ -22,7 +22,7 @@ from fullwell.kernels.moments_summary import (
     add_temporal,
 )
 from fullwell.kernels.narrow_of_two import NarrowSums, fits, narrow_sums, sum_narrow, write_column_sums, write_columns
-from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack
+from fullwell.kernels.stack import Band, FrameSums, SeriesSums, Stack, rows_of
 from fullwell.kernels.tile_sums import TilePolynomials, TileTotals, centre, column_room, gather
 
 _FEW: Final = 64
@@ -171,7 +171,7 @@ def _finish_band(stack: Stack, band: Band, surface: Surface, sums: ColumnSums) -
     width, cell = stack.width, band.cell
     four = _FourRows(np.empty((4, width), np.uint32), np.empty((4, width), np.uint64), np.empty((4, width), np.uint64))
     for phase in range(cell):
-        rows = max(0, (band.bottom - band.top - phase + cell - 1) // cell)
+        rows = rows_of(band, phase)
         for row in range(rows):
             at = stack.starts + (band.top + phase + row * cell) * width
             x, y = stack.codes[at[0] : at[0] + width], stack.codes[at[1] : at[1] + width]

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fullwell.kernels.moments_rows import add_four, add_one
-from fullwell.kernels.stack import Band, Stack
+from fullwell.kernels.stack import Band, Stack, rows_of
 
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
@@ -200,7 +200,7 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, c
     spread = np.empty((4, maps.codes.shape[1]), np.uint64)
     for phase in range(cell):
         top, even, odd = band.top + phase, counts.bins[phase * cell], counts.bins[phase * cell + cell - 1]
-        rows = max(0, (band.bottom - top + cell - 1) // cell)
+        rows = rows_of(band, phase)
         fours = rows - rows % 4
         for row in range(rows):
             at = top + row * cell

@@ -19,7 +19,7 @@ from fullwell.kernels.moments_extremes import FOUR, LIST_ROWS, Extremes
 from fullwell.kernels.moments_rows import Rows, add_row_sum
 from fullwell.kernels.moments_summary import ColumnSums
 from fullwell.kernels.narrow_summary import write_spatial
-from fullwell.kernels.stack import Band, SeriesSums, Stack
+from fullwell.kernels.stack import Band, SeriesSums, Stack, rows_of
 
 _COLUMNS: Final = 512
 """Columns that are summed together: few enough that all that is kept of them stays in the nearest cache."""
@@ -201,7 +201,7 @@ def _sum_columns(stack: Stack, band: Band, at: tuple[int, int], work: _Work, fou
     wide[:] = 0
     quartic[:] = 0
     codes[_R : _R + n] = sums.reference[phase, left : left + n]
-    rows = max(0, (band.bottom - band.top - phase + band.cell - 1) // band.cell)
+    rows = rows_of(band, phase)
     begin = (band.top + phase) * stack.width + left
     for first in range(0, rows, LIST_ROWS):
         codes[_LOW : _LOW + n] = np.uint16(65535)
@@ -280,7 +280,7 @@ def sum_narrow(stack: Stack, band: Band, extremes: Extremes, sums: NarrowSums, r
 def write_columns(sums: NarrowSums, band: Band, columns: NDArray[np.uint32]) -> None:
     """Write the sum of each column of x and of y, shape (2, cell, width)."""
     for phase in range(band.cell):
-        rows = max(0, (band.bottom - band.top - phase + band.cell - 1) // band.cell)
+        rows = rows_of(band, phase)
         for c in range(columns.shape[2]):
             both = np.int64(sums.running[0, phase, c]) + rows * np.int64(sums.reference[phase, c])
             columns[0, phase, c] = sums.first[phase, c]
@@ -297,7 +297,7 @@ def fits(sums: NarrowSums, band: Band, series: SeriesSums) -> bool:
     step = band.cell * band.tile
     at, width = band.top // step, sums.first.shape[1]
     for phase in range(band.cell):
-        rows = max(0, (band.bottom - band.top - phase + band.cell - 1) // band.cell)
+        rows = rows_of(band, phase)
         if rows > 0 and rows % 3 == 0:
             return False
         for left in range(0, width, step):
@@ -327,7 +327,7 @@ def write_column_sums(sums: NarrowSums, band: Band, centre: NDArray[np.float64],
 
     """
     for phase in range(band.cell):
-        n = max(0, (band.bottom - band.top - phase + band.cell - 1) // band.cell)
+        n = rows_of(band, phase)
         for c in range(centre.shape[1]):
             r, spread = np.int64(sums.reference[phase, c]), np.int64(sums.spread[phase, c])
             a, b = np.int64(sums.running[0, phase, c]), np.int64(sums.running[1, phase, c])

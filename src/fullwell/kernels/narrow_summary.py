@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Words, count_spread
-from fullwell.kernels.stack import Band
+from fullwell.kernels.stack import Band, rows_of
 
 _COLUMNS: Final = 512
 """Columns that are summed together: few enough that all that is kept of them stays in the nearest cache."""
@@ -33,12 +33,6 @@ _PARTS: Final = 7 * _COLUMNS
 _FourRows = tuple[Words, Words, Words, Words]
 Running = tuple[np.int64, np.int64, np.int64]
 _Temporal = tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.float64]]
-
-
-@njit(cache=True, nogil=True)
-def rows_of(band: Band, phase: int) -> int:
-    """Return the rows of a phase in a band."""
-    return max(0, (band.bottom - band.top - phase + band.cell - 1) // band.cell)
 
 
 @njit(cache=True, nogil=True)

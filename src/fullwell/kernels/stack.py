@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 
@@ -33,6 +34,12 @@ class Band(NamedTuple):
     bottom: int
     cell: int
     tile: int
+
+
+@njit(cache=True, nogil=True)
+def rows_of(band: Band, phase: int) -> int:
+    """Return how many rows of a phase a band has."""
+    return len(range(band.top + phase, band.bottom, band.cell))
 
 
 WIDE = 1 << 62

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fullwell.kernels.moments_summary import ColumnSums, Maps, SpreadCounts, Surface, summarize_band
 from fullwell.kernels.narrow_summary import suits, summarize_narrow
-from fullwell.kernels.stack import Band
+from fullwell.kernels.stack import Band, rows_of
 
 _NARROW_BYTES: Final = 4
 
@@ -97,12 +97,12 @@ def centre(tiles: NDArray[np.uint64], band: Band, reference: NDArray[np.float64]
     """
     cell, step, width = band.cell, band.cell * band.tile, reference.shape[1]
     for phase in range(cell):
-        rows = max(0, (band.bottom - band.top - phase + cell - 1) // cell)
+        rows = rows_of(band, phase)
         for first in range(cell):
             sums = tiles[:, phase * cell + first, band.top // step]
             for tile in range(-(-width // step)):
                 last = min((tile + 1) * step, width)
-                n = rows * max(0, (last - tile * step - first + cell - 1) // cell)
+                n = rows * len(range(tile * step + first, last, cell))
                 mean = np.rint(np.float64(sums[:, tile].sum()) / np.float64(n)) if n > 0 else 0.0
                 reference[phase, tile * step + first : last : cell] = mean
 

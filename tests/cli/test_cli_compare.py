@@ -7,22 +7,28 @@ import pytest
 from fullwell.figures.results import Results, Row
 from fullwell.report.document import results_json
 from fullwell.units import Measured
+from fullwell.workflow.simulation.simulate import SCHEMA as TRUTH_SCHEMA
 
 
-def written(folder, value):
-    """Write the results document of a study of one file, with a figure."""
-    row = Row(
-        quantity="black_level",
+def figure(quantity, method, value, exposure_s=None):
+    """Return a recommended figure in DN at ISO 100."""
+    return Row(
+        quantity=quantity,
         channel="mono",
-        method="fused",
+        method=method,
         measured=Measured.student(value, 0.01, 5.0, "DN"),
         iso=100.0,
+        exposure_s=exposure_s,
         flags=("recommended",),
         source="METHOD 2.4",
     )
+
+
+def written(folder, *rows):
+    """Write the results document of a study of one file."""
     study = {"files": [{"path": "a.tif", "xxh3_128": "00ff"}], "series": []}
     folder.mkdir()
-    text = results_json(Results(study=study, rows=(row,), findings=(), curves=()))
+    text = results_json(Results(study=study, rows=rows, findings=(), curves=()))
     (folder / "results.json").write_text(text, encoding="utf-8")
     return folder
 
@@ -30,7 +36,8 @@ def written(folder, value):
 @pytest.fixture
 def results(tmp_path):
     """Return two results of the same frames."""
-    return written(tmp_path / "first", 10.0), written(tmp_path / "second", 10.5)
+    levels = {"first": 10.0, "second": 10.5}
+    return tuple(written(tmp_path / name, figure("black_level", "fused", level)) for name, level in levels.items())
 
 
 def test_two_results_are_set_side_by_side(run, results, tmp_path):
@@ -50,6 +57,39 @@ def test_two_results_are_set_side_by_side(run, results, tmp_path):
     assert "Figures by the same method" in page
     assert "http://" not in page.replace("http://www.w3.org", "")
     assert run("compare", *results, "-o", out, "--quiet").returncode == 0
+
+
+def test_figures_of_several_exposures_stand_beside_the_truth_of_their_own(run, tmp_path):
+    dark_s = (0.5, 2.0)
+    told = [
+        ("dsnu", None),
+        *(("dsnu", time_s) for time_s in dark_s),
+        *(("total_dark_noise", time_s) for time_s in dark_s),
+    ]
+    truth = [
+        {
+            "quantity": quantity,
+            "channel": "mono",
+            "unit": "DN",
+            "iso": 100.0,
+            "value": 3.0 + (time_s or 0.0),
+            "snr_threshold": None,
+            "exposure_s": time_s,
+        }
+        for quantity, time_s in told
+    ]
+    simulated = tmp_path / "truth.json"
+    document = {"schema": TRUTH_SCHEMA, "truth": truth, "camera": {"name": "one"}}
+    simulated.write_text(json.dumps(document), encoding="utf-8")
+    noises = [figure("total_dark_noise", "noise-model", 3.0 + time_s, time_s) for time_s in dark_s]
+    measured = written(tmp_path / "measured", figure("dsnu", "dark-stack", 3.0), *noises)
+    out = tmp_path / "compared"
+    done = run("compare", simulated, measured, "-o", out)
+    assert done.stdout.count("dsnu") == 1
+    assert done.stdout.count("total dark noise") == 2
+    assert "500 ms" in done.stdout
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert [text in page for text in ("mono, ISO 100<", "mono, ISO 100, 500 ms<", "mono, ISO 100, 2 s<")] == [True] * 3
 
 
 def test_json_alone_on_stdout(run, results):

@@ -14,7 +14,7 @@ from fullwell.figures.results import Row
 from fullwell.figures.side_by_side import Comparison, Side, TenFigures
 from fullwell.glossary import RECOMMENDED
 from fullwell.glossary.comparable import Kinship
-from fullwell.report.compare_page import Cell, difference_cell, relative, told_cell
+from fullwell.report.compare_page import Cell, difference_cell, relative, told_cell, where
 from fullwell.report.numbers import MISSING, show, show_iso, show_unit
 
 _MOST: Final = 60
@@ -57,7 +57,7 @@ def _is_told(crossing: Crossing) -> bool:
 
 
 def _print_matches(console: Console, sides: Sequence[Side], matches: Sequence[Match]) -> None:
-    """Print a table per ISO; the place of a figure stands there only where there are several."""
+    """Print a table per ISO."""
     isos = dict.fromkeys(match.reference.iso for match in matches)
     for iso in isos:
         mine = [match for match in matches if match.reference.iso == iso]
@@ -82,9 +82,8 @@ def _heads(sides: Sequence[Side]) -> list[str]:
     return heads
 
 
-def _placed(row: Row) -> str:
-    threshold = "" if row.snr_threshold is None else f", SNR {row.snr_threshold:g}"
-    return f"{_named(row)} {escape(row.channel)}{threshold}"
+def _placed(*rows: Row) -> str:
+    return f"{_named(rows[0])} {escape(where(*rows, iso=False))}"
 
 
 def _relative(one: Difference | None) -> str:
@@ -112,18 +111,23 @@ def _marked(cell: Cell) -> str:
 
 
 def _print_crossings(console: Console, sides: Sequence[Side], crossings: Sequence[Crossing]) -> None:
-    if not crossings:
-        return
-    table = plain_table("figure", ">one", ">other", ">difference", "comparable", title="By different methods")
-    for one in crossings[:_MOST]:
-        labels = (sides[one.first].label, sides[one.second].label)
-        figures = [
-            f"{label} {show(row.measured, row.flags)}\n[dim]{row.method}[/dim]"
-            for label, row in zip(labels, one.rows, strict=True)
-        ]
-        cells = (*figures, _marked(difference_cell(one.difference)), one.verdict.kinship)
-        table.add_row(_placed(one.rows[0]), *cells)
-    console.print(table, highlight=False)
+    """Print a table per ISO."""
+    shown = crossings[:_MOST]
+    for iso in dict.fromkeys(one.rows[0].iso for one in shown):
+        title = f"{show_iso(iso)}: by different methods"
+        table = plain_table("figure", ">one", ">other", ">difference", "comparable", title=title)
+        for one in (one for one in shown if one.rows[0].iso == iso):
+            labels = (sides[one.first].label, sides[one.second].label)
+            figures = [
+                f"{label} {show(row.measured, row.flags)}\n[dim]{row.method}[/dim]"
+                for label, row in zip(labels, one.rows, strict=True)
+            ]
+            cells = (*figures, _marked(difference_cell(one.difference)), one.verdict.kinship)
+            table.add_row(_placed(*one.rows), *cells)
+        console.print(table, highlight=False)
+    left = len(crossings) - len(shown)
+    if left:
+        console.print(f"{left} further figures by different methods: -o OUT or --json.", highlight=False)
 
 
 def _print_ten(console: Console, ten: TenFigures) -> None:

@@ -143,13 +143,26 @@ def _figure_line(match: Match) -> FigureLine:
     )
 
 
-def where(row: Row) -> str:
-    """Return channel and conditions of a row, as far as they are known."""
-    parts = [row.channel]
-    parts += [] if row.iso is None else [show_iso(row.iso)]
-    parts += [] if row.exposure_s is None else [show_exposure(row.exposure_s)]
-    parts += [] if row.temperature_c is None else [f"{row.temperature_c:.1f} °C"]
-    parts += [] if row.snr_threshold is None else [f"SNR {row.snr_threshold:g}"]
+def where(*rows: Row, iso: bool = True) -> str:
+    """Return channel and conditions of rows of one figure, each condition by the first that knows it.
+
+    Parameters
+    ----------
+    rows
+        The figure as results have it.
+    iso
+        Whether the ISO is named.
+
+    """
+    first = rows[0]
+    exposure_s = next((row.exposure_s for row in rows if row.exposure_s is not None), None)
+    temperature_c = next((row.temperature_c for row in rows if row.temperature_c is not None), None)
+    snr_threshold = next((row.snr_threshold for row in rows if row.snr_threshold is not None), None)
+    parts = [first.channel]
+    parts += [show_iso(first.iso)] if iso and first.iso is not None else []
+    parts += [] if exposure_s is None else [show_exposure(exposure_s)]
+    parts += [] if temperature_c is None else [f"{temperature_c:.1f} °C"]
+    parts += [] if snr_threshold is None else [f"SNR {snr_threshold:g}"]
     return ", ".join(parts)
 
 
@@ -187,7 +200,7 @@ def _crossing(crossing: Crossing, sides: Sequence[Side]) -> CrossLine:
     return CrossLine(
         title=title_of(row.quantity),
         unit=show_unit(row.measured.unit) or "1",
-        where=where(row),
+        where=where(*crossing.rows),
         figures=tuple((label, one.method, _value(one)) for label, one in zip(labels, crossing.rows, strict=True)),
         difference=difference_cell(crossing.difference),
         kinship=crossing.verdict.kinship.value,

@@ -101,6 +101,7 @@ def _true_row(record: _Record) -> Row:
         method=TRUTH,
         measured=Measured(value=value, unit=unit, std_error=0.0),
         iso=cast("float | None", record["iso"]),
+        exposure_s=cast("float | None", record.get("exposure_s")),
         snr_threshold=cast("float | None", record["snr_threshold"]),
         flags=(RECOMMENDED,),
     )

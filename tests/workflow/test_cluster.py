@@ -192,6 +192,12 @@ def test_the_tree_merges_every_part_once(study: Study) -> None:
     assert not held
 
 
+def test_processes_of_this_machine_leave_interruptions_to_the_one_that_started_them() -> None:
+    with connected("local", workers=1) as cluster:
+        assert cluster is not None
+        assert list(cluster.each(signal.getsignal, [signal.SIGINT])) == [(signal.SIGINT, signal.SIG_IGN)]
+
+
 def test_no_scheduler_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(door, "_CONNECT_S", 0.2)
     with pytest.raises(UsageError, match="no scheduler answers"), connected("tcp://127.0.0.1:9", workers=1):

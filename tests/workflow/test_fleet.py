@@ -84,6 +84,39 @@ def test_a_defect_costs_one_study(studies: list[Path], tmp_path: Path, monkeypat
     assert "ZeroDivisionError" in entry.reason
 
 
+def test_what_was_measured_before_an_interruption_is_kept(
+    studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def interrupted(study: Path, out: Path, *, options: Options) -> object:
+        asked.append(study)
+        if study == studies[1]:
+            raise KeyboardInterrupt
+        return characterize(study, out, options=options)
+
+    def states() -> list[tuple[str, str]]:
+        return [(one["name"], one["state"]) for one in json.loads((tmp_path / "fleet.json").read_text())["studies"]]
+
+    def in_table() -> set[str]:
+        return set(pq.read_table(tmp_path / "fleet.parquet").column("study").to_pylist())
+
+    monkeypatch.setattr(fleet, "characterize", interrupted)
+    with pytest.raises(KeyboardInterrupt, match=r"1 of 3 studies measured.*--resume"):
+        characterize_fleet(studies, tmp_path, options=Options(workers=1, cache=CacheChoice(folder=tmp_path / "any")))
+    assert states() == [("a-raw", "done"), ("b-raw", "interrupted"), ("empty", "interrupted")]
+    assert in_table() == {"a-raw"}
+    monkeypatch.setattr(fleet, "characterize", characterize)
+    characterize_fleet(studies, tmp_path, options=Options(workers=1), resume=True)
+    assert states() == [("a-raw", "kept"), ("b-raw", "done"), ("empty", "failed")]
+    monkeypatch.setattr(fleet, "characterize", interrupted)
+    with pytest.raises(KeyboardInterrupt, match="2 of 3"):
+        characterize_fleet(studies[::-1], tmp_path, options=Options(workers=1))
+    assert states() == [("a-raw", "kept"), ("b-raw", "kept"), ("empty", "failed")]
+    assert in_table() == {"a-raw", "b-raw"}
+    assert asked == [studies[0], studies[1], studies[2], studies[1]]
+
+
 def test_names_tell_studies_apart(tmp_path: Path) -> None:
     paths = [tmp_path / "a" / "study.toml", tmp_path / "b" / "study.toml", tmp_path / "b" / "dark.toml", tmp_path / "c"]
     assert named(paths) == dict(zip(["a", "b", "dark", "c"], paths, strict=True))

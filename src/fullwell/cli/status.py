@@ -47,7 +47,7 @@ def guarded(*, verbose: bool) -> Generator[None, None, None]:
         _say(str(error), verbose=verbose)
         raise typer.Exit(BAD_USE) from error
     except KeyboardInterrupt as error:
-        _say("Interrupted; nothing was left half-written.", verbose=False)
+        _say(str(error) or "Interrupted; nothing was left half-written.", verbose=False)
         raise typer.Exit(INTERRUPTED) from error
     except BrokenPipeError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno() if sys.__stdout__ else 1)

@@ -28,6 +28,8 @@ _PER_THREAD: Final = 2
 """Tasks under way for each thread of the cluster: one that is worked on, one that waits."""
 _LEAST: Final = 4
 _CONNECT_S: Final = 30.0
+_DEAF: Final = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""Run by processes of this machine: an interruption, which a terminal sends to all of them, is ours to handle."""
 _SOON: Final = 10
 """Priority of merging over reading: it frees memory."""
 
@@ -175,6 +177,7 @@ def connected(address: str | None, *, workers: int) -> Generator[DaskCluster | N
                 threads_per_worker=1,
                 dashboard_address="127.0.0.1:0",  # any free port: clusters may stand side by side
                 silence_logs=logging.ERROR,
+                preload=[_DEAF],
             ) as cluster,
             Client(cluster) as client,
         ):

@@ -2,6 +2,7 @@
 
 A study is one task, in this process or in those of a Dask cluster: what is read, the sums and the maps stay where the
 task runs, and only a line comes back. A study that cannot be measured is a line that says why, and stops no other.
+A fleet that is interrupted is a table of what was measured until then.
 """
 
 import csv
@@ -12,7 +13,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
@@ -32,7 +32,8 @@ from fullwell.workflow.options import Options
 
 SCHEMA: Final = "fullwell-fleet/1"
 INDEX: Final = "fleet.json"
-State = Literal["done", "kept", "failed"]
+_MEASURED: Final = ("done", "kept")
+State = Literal["done", "kept", "failed", "interrupted"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,9 +69,9 @@ class Entry:
     name, study, out
         As in the job.
     state
-        ``done``; ``kept`` from an earlier run; or ``failed``.
+        ``done``; ``kept`` from an earlier run; ``failed``; or ``interrupted``, before it was done.
     reason
-        Why it failed, a sentence; empty otherwise.
+        Why it was not measured, a sentence; empty otherwise.
     errors, warnings
         Findings of these severities.
     duration_s
@@ -122,6 +123,8 @@ def characterize_fleet(
     ------
     UsageError
         There is no study, or ``root`` is no folder, or is one of the studies.
+    KeyboardInterrupt
+        It was interrupted; the sentence says how far it came. What was measured is there, with its tables.
 
     """
     if not studies:
@@ -136,15 +139,36 @@ def characterize_fleet(
         for name, study in named(studies).items()
     ]
     entries: list[Entry] = []
-    for entry in _measured(jobs, options):
-        entries.append(entry)
-        if told is not None:
-            told(entry)
+    try:
+        for entry in _measured(jobs, options):
+            entries.append(entry)
+            if told is not None:
+                told(entry)
+    except KeyboardInterrupt as interrupt:
+        seen = {entry.name for entry in entries}
+        found = _recorded([*entries, *(_left(job) for job in jobs if job.name not in seen)], root)
+        there = sum(entry.state in _MEASURED for entry in found)
+        raise KeyboardInterrupt(
+            f"Interrupted with {there} of {len(jobs)} studies measured; their results and tables are in {root}. "
+            "The same command with --resume measures the others."
+        ) from interrupt
+    return _recorded(entries, root)
+
+
+def _recorded(entries: Sequence[Entry], root: Path) -> tuple[Entry, ...]:
+    """Write the tables of a fleet and what became of each study; return the latter by name."""
     found = tuple(sorted(entries, key=lambda entry: entry.name))
-    _write_tables([entry for entry in found if entry.state != "failed"], root)
+    _write_tables([entry for entry in found if entry.state in _MEASURED], root)
     document = json.dumps({"schema": SCHEMA, "studies": [asdict(entry) for entry in found]}, indent=1) + "\n"
     _write(root / INDEX, document.encode())
     return found
+
+
+def _left(job: Job) -> Entry:
+    """Return what becomes of a study that a fleet did not come to the end of: results of an earlier run are kept."""
+    if _has_results(job):
+        return _entry(job, state="kept")
+    return _entry(job, state="interrupted", reason="the fleet was interrupted before this study was measured")
 
 
 def _own(options: Options, out: Path) -> Options:
@@ -185,25 +209,43 @@ def named(studies: Iterable[Path]) -> dict[str, Path]:
 def measure_one(job: Job) -> Entry:
     """Measure a study of a fleet; runs where its frames are to be read."""
     started = time.monotonic()
-    entry = partial(Entry, name=job.name, study=str(job.study), out=str(job.out))
-    if job.resume and holds_document(job.out, DOCUMENT, schema=RESULTS_SCHEMA):
-        return entry(state="kept", reason="", errors=0, warnings=0, duration_s=0.0)
+    if job.resume and _has_results(job):
+        return _entry(job, state="kept")
     try:
         results = characterize(job.study, job.out, options=job.options)
     except FullwellError as error:
-        return entry(state="failed", reason=str(error), errors=1, warnings=0, duration_s=_since(started))
+        return _entry(job, state="failed", reason=str(error), errors=1, duration_s=_since(started))
     except Exception as error:  # noqa: BLE001 - a defect met by one study must not cost the others
         reason = (
             f"a bug of ours: {type(error).__name__}: {error}; measure this study alone with --verbose, and report it"
         )
-        return entry(state="failed", reason=reason, errors=1, warnings=0, duration_s=_since(started))
+        return _entry(job, state="failed", reason=reason, errors=1, duration_s=_since(started))
     severities = Counter(one.severity for one in results.findings)
-    return entry(
+    return _entry(
+        job,
         state="done",
-        reason="",
         errors=severities[Severity.ERROR],
         warnings=severities[Severity.WARNING],
         duration_s=_since(started),
+    )
+
+
+def _has_results(job: Job) -> bool:
+    return holds_document(job.out, DOCUMENT, schema=RESULTS_SCHEMA)
+
+
+def _entry(
+    job: Job, *, state: State, reason: str = "", errors: int = 0, warnings: int = 0, duration_s: float = 0.0
+) -> Entry:
+    return Entry(
+        name=job.name,
+        study=str(job.study),
+        out=str(job.out),
+        state=state,
+        reason=reason,
+        errors=errors,
+        warnings=warnings,
+        duration_s=duration_s,
     )
 
 

@@ -48,7 +48,11 @@ _Exposure = Annotated[
 ]
 _NoiseProfile = Annotated[
     list[str] | None,
-    typer.Option("--noise-profile", metavar="S,O", help="NoiseProfile of a DNG: one pair, or one a plane."),
+    typer.Option(
+        "--noise-profile",
+        metavar="S,O",
+        help="NoiseProfile of a DNG, one pair or one a plane; with --white and --black.",
+    ),
 ]
 _File = Annotated[
     Path | None,

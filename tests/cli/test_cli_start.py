@@ -55,11 +55,12 @@ def test_version_everywhere(arguments: list[str]) -> None:
     assert (done.exit_code, done.stdout) == (0, f"fullwell {__version__}\n")
 
 
-@pytest.mark.parametrize("name", [name for name, _summary in COMMANDS])
+@pytest.mark.parametrize("name", [*(name for name, _summary in COMMANDS), "shading compare", "shading apply"])
 def test_every_command_has_a_help_page(name: str) -> None:
-    done = CliRunner().invoke(app, [name, "--help"])
+    done = CliRunner().invoke(app, [*name.split(), "--help"])
     assert done.exit_code == 0
     assert f"Usage: root {name}" in done.stdout
+    assert "...}" not in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -217,7 +217,7 @@ def test_three_pairs_are_red_green_and_blue():
         (StatedFigures(), "no noise model is stated"),
         (StatedFigures(k_dark=1e-4, digital_maximum=1023.0), "--k-dark and --k-shot"),
         (StatedFigures(k_dark=1e-4, k_shot=0.01), "--digital-maximum is missing"),
-        (StatedFigures(noise_profile=((1e-4, 1e-7),)), "--white and --black are missing"),
+        (StatedFigures(noise_profile=((1e-4, 1e-7),)), "needs --white and --black"),
         (replace(A6000, system_gain=0.5), "--k-dark and --system-gain"),
         (replace(A6000, noise_profile=((1e-4, 1e-7),)), "--noise-profile and --k-dark"),
         (StatedFigures(system_gain=0.5, digital_maximum=1023.0), "no noise model is stated"),

@@ -84,7 +84,7 @@ Rendered = Annotated[
 
 def chart(
     images: Annotated[
-        list[Path], typer.Argument(parser=path_from, metavar="IMAGE...", help="Raw files of one still scene.")
+        list[Path], typer.Argument(parser=path_from, metavar="IMAGE", help="Raw files of one still scene.")
     ],
     *,
     patches: Patches = None,

@@ -16,7 +16,7 @@ _Paths = Annotated[
     list[Path],
     typer.Argument(
         parser=path_from,
-        metavar="A B...",
+        metavar="RESULTS",
         help="Result folders or results.json; truth.json of a simulation; result XML of the package emva1288.",
     ),
 ]

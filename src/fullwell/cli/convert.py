@@ -42,9 +42,7 @@ BitShift = Annotated[
 
 
 def convert(
-    paths: Annotated[
-        list[Path], typer.Argument(parser=path_from, metavar="IN...", help="Raw files, or folders of them.")
-    ],
+    paths: Annotated[list[Path], typer.Argument(parser=path_from, metavar="IN", help="Raw files, or folders of them.")],
     *,
     out: Target,
     kind: Annotated[

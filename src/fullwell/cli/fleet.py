@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def fleet(
     studies: Annotated[
         list[Path],
-        typer.Argument(parser=source_from, metavar="STUDY...", help="Study folders, or study.toml files; also URLs."),
+        typer.Argument(parser=source_from, metavar="STUDY", help="Study folders, or study.toml files; also URLs."),
     ],
     *,
     out: Annotated[

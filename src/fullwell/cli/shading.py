@@ -102,7 +102,7 @@ def compare(
     paths: Annotated[
         list[Path],
         typer.Argument(
-            parser=path_from, metavar="PATH...", help="Maps, folders with maps, or studies; the first is the base."
+            parser=path_from, metavar="PATH", help="Maps, folders with maps, or studies; the first is the base."
         ),
     ],
     *,
@@ -152,7 +152,7 @@ def apply(
         Path, typer.Argument(parser=path_from, metavar="MAP", help="A map that fit wrote, or a folder with maps.")
     ],
     scenes: Annotated[
-        list[Path], typer.Argument(parser=path_from, metavar="SCENE...", help="Raw files, or folders of them.")
+        list[Path], typer.Argument(parser=path_from, metavar="SCENE", help="Raw files, or folders of them.")
     ],
     *,
     out: Target,

@@ -165,7 +165,7 @@ def _check_values(figures: StatedFigures) -> None:
 def _conventions(figures: StatedFigures) -> Conventions:
     digital_maximum = figures.digital_maximum or figures.white
     if digital_maximum is None and figures.noise_profile:
-        raise UsageError("--white and --black are missing: a NoiseProfile is relative to white less black level.")
+        raise UsageError("--noise-profile needs --white and --black: it is relative to white less black level.")
     if digital_maximum is None:
         raise UsageError("--digital-maximum is missing: the number of DN that V = 1 stands for, for example 16383.")
     white = figures.white

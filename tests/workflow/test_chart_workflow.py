@@ -16,7 +16,7 @@ from fullwell.frames.selection import Selection
 from fullwell.frames.series import Kind
 from fullwell.frames.study import load_study
 from fullwell.raw.image import Area, RawHeader
-from fullwell.units import DN, Measured
+from fullwell.units import DN, DN_PER_SECOND, Measured
 from fullwell.workflow.chart import patches
 from fullwell.workflow.chart.chart import ChartOptions, chart, measure_chart_folders, measure_images
 from fullwell.workflow.chart.patches import WhereAbouts
@@ -107,6 +107,60 @@ def test_of_noise_that_falls_with_the_signal_no_level_is_said_to_make_sense(tmp_
     assert "fits as well" not in said
 
 
+def dark_levels(level_dn):
+    """Return what dark frames tell of the black level."""
+    return [
+        Row(
+            quantity="black_level",
+            channel=channel,
+            method="dark-frames" if channel != "all" else "fused",
+            measured=Measured.normal(level_dn, 0.01, DN),
+            iso=100.0,
+            flags=("recommended",) if channel == "all" else (),
+        )
+        for channel in ("R", "G1", "G2", "B", "all")
+    ]
+
+
+def test_dark_current_of_the_exposure_is_no_stray_light(camera, tmp_path):
+    """Of a constant of the patches, the black level is one part; the other is dark current or stray light."""
+    folder = tmp_path / "study" / "chart"
+    folder.mkdir(parents=True)
+    camera.write(folder / "0.dng", 1.0)
+    camera.write_patches(folder / "PATCHES.csv")
+    study = load_study(tmp_path / "study", Selection())
+    dark_dn, exposure_s = 2.0, study.series[0].exposure_s
+    levels = dark_levels(CHART.offset - dark_dn)
+    rates = [
+        replace(
+            row,
+            quantity="dark_current",
+            method="mean-slope",
+            measured=Measured.normal(dark_dn / exposure_s, 0.01 / exposure_s, DN_PER_SECOND),
+            flags=("recommended",),
+        )
+        for row in levels
+    ]
+
+    def flare(study, told):
+        outcome = measure_chart_folders(study, told, options=OPTIONS)
+        (said,) = (one.message for one in outcome.section.findings if one.code == "stray-light")
+        (row,) = rows_of(outcome.section.rows, "flare", "all", "density-fit")
+        reach = rows_of(outcome.section.rows, "camera_dynamic_range", "all", "scene-referenced")
+        return row.measured, said, [row.measured for row in reach]
+
+    both, said_of_both, reach_with_both = flare(study, levels)
+    light, said_of_light, reach = flare(study, [*levels, *rates])
+    assert both.value - CHART.flare > 10 * both.std_error
+    assert abs(light.value - CHART.flare) < 4 * light.std_error
+    assert "dark current of the exposure included" in said_of_both
+    assert "dark current of the exposure taken off" in said_of_light
+    assert reach_with_both == reach
+    cold = replace(study, series=tuple(replace(one, temperature_c=20.0) for one in study.series))
+    warm = [replace(row, temperature_c=60.0) for row in rates]
+    assert flare(cold, [*levels, *warm])[0] == both
+
+
 def test_charts_of_a_study_use_its_dark_frames_and_leave_its_figures_alone(camera, tmp_path):
     folder = tmp_path / "study" / "chart"
     folder.mkdir(parents=True)
@@ -115,18 +169,7 @@ def test_charts_of_a_study_use_its_dark_frames_and_leave_its_figures_alone(camer
     study = load_study(tmp_path / "study", Selection())
     alone = measure_chart_folders(study, (), options=OPTIONS)
     assert "offset-not-identified" in codes(alone.section.findings)
-    told = [
-        Row(
-            quantity="black_level",
-            channel=channel,
-            method="dark-frames" if channel != "all" else "fused",
-            measured=Measured.normal(CHART.offset, 0.01, DN),
-            iso=100.0,
-            flags=("recommended",) if channel == "all" else (),
-        )
-        for channel in ("R", "G1", "G2", "B", "all")
-    ]
-    outcome = measure_chart_folders(study, told, options=OPTIONS)
+    outcome = measure_chart_folders(study, dark_levels(CHART.offset), options=OPTIONS)
     assert "offset-not-identified" not in codes(outcome.section.findings)
     assert rows_of(outcome.section.rows, "flare", "all", "density-fit")
     (level,) = rows_of(outcome.section.rows, "black_level", "all", "fused")

@@ -22,7 +22,7 @@ _LARGEST_SCATTER: Final = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlareFit:
-    """Signal = response (10^-(density - lowest density) + flare), fitted to one channel.
+    """Signal = response (10^-(density - lowest density) + flare) + dark signal, fitted to one channel.
 
     Parameters
     ----------
@@ -30,7 +30,8 @@ class FlareFit:
         Stray light as a fraction of the signal that the lightest patch has without it, signed; the error of the offset
         is in its own [1].
     flare_at_offset
-        The same for the offset as it is given: for `camera_dynamic_range`, where an error of the offset drops out [1].
+        The same for the offset as it is given and with the dark signal in it, whose noise patches have too: for
+        `camera_dynamic_range`, where an error of the offset drops out [1].
     response
         Signal of the lightest patch without stray light [DN].
     density_scatter
@@ -56,6 +57,8 @@ def fit_flare(
     *,
     offset_std_error_dn: float,
     identified: bool,
+    dark_signal_dn: float = 0.0,
+    dark_signal_std_error_dn: float = 0.0,
 ) -> FlareFit:
     """Fit stray light to the densities of a chart (METHOD 2.2).
 
@@ -72,6 +75,8 @@ def fit_flare(
         Standard error of the offset [DN].
     identified
         Whether other evidence than this chart's densities identifies the offset (`FusedLevel.identified`).
+    dark_signal_dn, dark_signal_std_error_dn
+        What dark current adds to every patch during the exposure, and its standard error [DN].
 
     Returns
     -------
@@ -103,17 +108,24 @@ def fit_flare(
     covariance = line.covariance * (line.chi_square / dof if misfit else 1.0)
     law = float(dof) if scatter > 0.0 or misfit else None
     response, constant = line.coefficients
-    flare = constant / response
-    gradient = np.array([-flare, 1.0]) / response
-    error = math.sqrt(float(gradient @ covariance @ gradient))
+    with_dark, its_error = _share_of(response, constant, covariance)
+    flare, error = _share_of(response, constant - dark_signal_dn, covariance)
+    level_error = math.hypot(offset_std_error_dn, dark_signal_std_error_dn) / response
     return FlareFit(
-        flare=Measured.student(flare, math.hypot(error, offset_std_error_dn / response), law, ONE),
-        flare_at_offset=Measured.student(flare, error, law, ONE),
+        flare=Measured.student(flare, math.hypot(error, level_error), law, ONE),
+        flare_at_offset=Measured.student(with_dark, its_error, law, ONE),
         response=Measured.student(response, math.sqrt(float(covariance[0, 0])), law, DN),
         density_scatter=scatter / math.log(10.0),
         chi_square=alone.chi_square,
         dof=dof,
     )
+
+
+def _share_of(response: float, constant: float, covariance: NDArray[np.float64]) -> tuple[float, float]:
+    """Return a constant over the response, and its standard error [1]."""
+    share = constant / response
+    gradient = np.array([-share, 1.0]) / response
+    return share, math.sqrt(float(gradient @ covariance @ gradient))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 from fullwell.errors import UsageError
+from fullwell.figures.matching import SAME_TEMPERATURE_C
 from fullwell.figures.results import Results, Row
 from fullwell.files import replaced_folder
 from fullwell.findings import Finding, worst_first
@@ -17,11 +18,13 @@ from fullwell.glossary import RECOMMENDED
 from fullwell.raw.cfa import ALL, cell
 from fullwell.report.pictures import ChartPicture, Pictures
 from fullwell.report.write import check_target, write_files
+from fullwell.units import DN_PER_SECOND, Measured
 from fullwell.workflow.chart.patches import WhereAbouts, located_finding, place, place_unasked
 from fullwell.workflow.chart.pictures import chart_pictures, rendered_points
 from fullwell.workflow.chart.reading import ChartReading, Placed, read_shots
 from fullwell.workflow.description import describe
 from fullwell.workflow.executor import Progress
+from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.chart.chart import BlackChoice, ChartMeasurement, measure_shots
 from fullwell.workflow.measure.levels import DARK_FRAMES
 from fullwell.workflow.measure.section import Section, joined
@@ -163,7 +166,8 @@ def measure_chart_folders(
     study
         Its series of kind chart are measured.
     rows
-        What its other frames told. The black level that dark frames tell counts as evidence; figures that stand there
+        What its other frames told. The black level that dark frames tell counts as evidence, and their dark current is
+        taken off stray light; figures that stand there
         already are given the region ``chart`` here, and none of those is recommended.
     options
         Workers.
@@ -191,7 +195,12 @@ def measure_chart_folders(
         readings.append(reading)
         sections.append(Section(findings=reading.findings))
         if reading.shots.scenes:
-            measurement = measure_shots(study, reading.shots, black=BlackChoice(others=_dark_evidence(rows, iso)))
+            measurement = measure_shots(
+                study,
+                reading.shots,
+                black=BlackChoice(others=_dark_evidence(rows, iso)),
+                dark_current=_dark_current(rows, reading.shots.bursts),
+            )
             measurements.append(measurement)
             sections.append(_beside(measurement.section, rows))
     return ChartOutcome(section=joined(sections), readings=tuple(readings), measurements=tuple(measurements))
@@ -228,6 +237,20 @@ def _dark_evidence(rows: Sequence[Row], iso: float | None) -> Mapping[str, Evide
     if told and shared:
         told[ALL] = shared[0]
     return {channel: Evidence(method=DARK_FRAMES, measured=row.measured) for channel, row in told.items()}
+
+
+def _dark_current(rows: Sequence[Row], shots: IsoBursts) -> Mapping[str, Measured]:
+    """Return the dark current at the ISO of some shots, by channel, where it was not as warm or cold [DN/s]."""
+    return {
+        row.channel: row.measured
+        for row in rows
+        if (row.quantity, row.measured.unit, row.iso) == ("dark_current", DN_PER_SECOND, shots.iso)
+        and RECOMMENDED in row.flags
+        and (
+            None in {row.temperature_c, shots.temperature_c}
+            or abs((row.temperature_c or 0.0) - (shots.temperature_c or 0.0)) <= SAME_TEMPERATURE_C
+        )
+    }
 
 
 def _beside(section: Section, rows: Sequence[Row]) -> Section:

@@ -1,7 +1,7 @@
 """What the lens adds: stray light, and the dynamic range of the whole camera (METHOD 2.2, 7)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,11 +19,11 @@ from fullwell.fit.flare import FlareFit, fit_flare
 from fullwell.fit.pooling import pool_channels
 from fullwell.raw.cfa import ALL
 from fullwell.statistics.chart import PatchPoint
-from fullwell.units import Measured
+from fullwell.units import DN, Measured
 from fullwell.workflow.measure.chart.levels import ChartLevels
 from fullwell.workflow.measure.chart.noise_model import ChartModel
 from fullwell.workflow.measure.chart.ranges import THRESHOLDS, ChannelRange, noise_of
-from fullwell.workflow.measure.chart.shots import Shots
+from fullwell.workflow.measure.chart.shots import Exposure, Shots
 from fullwell.workflow.measure.section import RowWriter, Section
 
 DOCUMENTED_DENSITY = 2.0
@@ -39,13 +39,28 @@ class ChannelFlare:
     channel: str
     flare: Measured
     at_offset: Measured
+    without_dark: bool
 
 
 def measure_camera(
-    shots: Shots, levels: ChartLevels, models: Sequence[ChartModel], ranges: Sequence[ChannelRange]
+    shots: Shots,
+    levels: ChartLevels,
+    models: Sequence[ChartModel],
+    ranges: Sequence[ChannelRange],
+    *,
+    dark_current: Mapping[str, Measured],
 ) -> Section:
-    """Measure stray light where densities and an identified black level allow, and what it costs."""
-    flares = _flares(shots, levels)
+    """Measure stray light where densities and an identified black level allow, and what it costs.
+
+    Parameters
+    ----------
+    shots, levels, models, ranges
+        What was measured before.
+    dark_current
+        By channel, where dark frames told it [DN/s].
+
+    """
+    flares = _flares(shots, levels, dark_current)
     rows: list[Row] = [
         RowWriter(bursts=shots.bursts).row(
             "flare", one.channel, "density-fit", one.flare, source="METHOD 2.2", recommended=True
@@ -70,26 +85,29 @@ def known_densities(shots: Shots) -> bool:
     return len(set(known)) >= 3 and max(known) - min(known) >= SPREAD
 
 
-def _flares(shots: Shots, levels: ChartLevels) -> tuple[ChannelFlare, ...]:
+def _flares(shots: Shots, levels: ChartLevels, dark_current: Mapping[str, Measured]) -> tuple[ChannelFlare, ...]:
     if not known_densities(shots):
         return ()
     found: list[ChannelFlare] = []
+    exposure = next((scene.brightest for scene in shots.scenes if len(scene.patches) > 2), None)
+    if exposure is None:
+        return ()
+    seconds = exposure.exposure_s or 0.0
+    known = seconds > 0.0 and dark_current.keys() >= set(shots.channels)
     for channel in shots.channels:
-        fit = _flare(shots, levels, channel)
+        dark = dark_current[channel].scaled(seconds, DN) if known else None
+        fit = _flare(exposure, levels, channel, dark=dark)
         if fit is None:
             return ()
-        found.append(ChannelFlare(channel=channel, flare=fit.flare, at_offset=fit.flare_at_offset))
+        found.append(ChannelFlare(channel=channel, flare=fit.flare, at_offset=fit.flare_at_offset, without_dark=known))
     if len(found) > 1:
         together = [pool_channels(part)[0] for part in ([o.flare for o in found], [o.at_offset for o in found])]
-        found.append(ChannelFlare(channel=ALL, flare=together[0], at_offset=together[1]))
+        found.append(ChannelFlare(channel=ALL, flare=together[0], at_offset=together[1], without_dark=known))
     return tuple(found)
 
 
-def _flare(shots: Shots, levels: ChartLevels, channel: str) -> FlareFit | None:
+def _flare(exposure: Exposure, levels: ChartLevels, channel: str, *, dark: Measured | None) -> FlareFit | None:
     black = levels.of(channel)
-    exposure = next((scene.brightest for scene in shots.scenes if len(scene.patches) > 2), None)
-    if exposure is None:
-        return None
     points = [point for point in exposure.of(channel) if point.admitted and point.density is not None]
     try:
         return fit_flare(
@@ -98,6 +116,8 @@ def _flare(shots: Shots, levels: ChartLevels, channel: str) -> FlareFit | None:
             [math.nan if point.density is None else point.density for point in points],
             offset_std_error_dn=black.error_dn,
             identified=black.identified,
+            dark_signal_dn=0.0 if dark is None else dark.value,
+            dark_signal_std_error_dn=0.0 if dark is None else dark.std_error or 0.0,
         )
     except ValueError:
         return None
@@ -186,9 +206,10 @@ def _findings(shots: Shots, levels: ChartLevels, flares: Sequence[ChannelFlare])
     darkest = _stray_share(shots, levels, flares)
     if not seen or darkest is None:
         return ()
+    dark = "taken off" if seen[-1].without_dark else "included"
     message = (
         f"stray light is seen in the dark patches: {100.0 * seen[-1].flare.value:.3g} % of the lightest patch, "
-        f"{100.0 * darkest:.0f} % of the signal of the darkest one, dark current of the exposure included; "
+        f"{100.0 * darkest:.0f} % of the signal of the darkest one, dark current of the exposure {dark}; "
         "shoot in a dark room, mask everything around the chart, and keep lights and white surfaces out of the lens"
     )
     severity = Severity.WARNING if darkest > 0.5 else Severity.INFO

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from fullwell.fit.black_level import Evidence
 from fullwell.frames.series import Study
+from fullwell.units import Measured
 from fullwell.workflow.measure.chart.advice import advice, too_few_patches, without_signal
 from fullwell.workflow.measure.chart.camera import measure_camera
 from fullwell.workflow.measure.chart.curves import chart_curves
@@ -51,7 +52,9 @@ class ChartMeasurement:
     models: tuple[ChartModel, ...]
 
 
-def measure_shots(study: Study, shots: Shots, *, black: BlackChoice) -> ChartMeasurement:
+def measure_shots(
+    study: Study, shots: Shots, *, black: BlackChoice, dark_current: Mapping[str, Measured] | None = None
+) -> ChartMeasurement:
     """Measure the shots of charts at one ISO.
 
     Parameters
@@ -62,6 +65,8 @@ def measure_shots(study: Study, shots: Shots, *, black: BlackChoice) -> ChartMea
         At least one scene.
     black
         What the user says about the black level.
+    dark_current
+        What dark frames of a study tell of it, by channel [DN/s].
 
     """
     whites = measure_whites(study, shots)
@@ -90,7 +95,7 @@ def measure_shots(study: Study, shots: Shots, *, black: BlackChoice) -> ChartMea
         levels_section,
         noise_rows(shots, levels, models, shared),
         ranges_section,
-        measure_camera(shots, levels, models, ranges),
+        measure_camera(shots, levels, models, ranges, dark_current=dark_current or {}),
         measure_channel_ratios(shots, levels),
         published_coefficients(shots, levels, models),
         measure_framings(shots, levels),

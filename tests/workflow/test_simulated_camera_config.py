@@ -10,6 +10,7 @@ from fullwell.errors import UsageError
 from fullwell.simulate.config import parse_config
 from fullwell.simulate.config_text import config_text
 from fullwell.simulate.plan import plan
+from fullwell.simulate.truth import true_values
 from fullwell.testing import simulated_study, simulation
 from fullwell.workflow.characterize import characterize
 from fullwell.workflow.chart.chart import ChartOptions, chart
@@ -65,9 +66,10 @@ def taken(config):
 
 
 def test_a_measured_chart_becomes_its_patches_and_their_light(tmp_path: Path) -> None:
-    densities = [round(0.15 * number, 2) for number in range(12)]
+    densities = [round(0.3 + 0.15 * number, 2) for number in range(12)]
     truth = simulation(
-        camera={"width": 320, "height": 240, "dsnu": 0.0},
+        camera={"width": 320, "height": 240, "dsnu": 0.0, "dark_current": 0.0},
+        lens={"flare": 0.005},
         chart={"densities": densities},
         study={"chart": {"exposures_s": [0.008, 0.001], "electrons": [6000.0, 750.0], "frames": 2}},
     )
@@ -94,6 +96,11 @@ def test_a_measured_chart_becomes_its_patches_and_their_light(tmp_path: Path) ->
     assert config.sensor.prnu**2 == pytest.approx(max(fixed, 0.0), rel=1e-9)
     levels = sorted({frame.exposure.electrons for frame in plan(config)})
     assert levels == pytest.approx([750.0, 6000.0], rel=0.1)
+    stray = next(row for row in document["results"] if row["quantity"] == "flare" and row["channel"] == "all")
+    true_flare = next(one.value for one in true_values(truth) if one.quantity == "flare")
+    assert true_flare == pytest.approx(0.005 / 10.0**-0.3)
+    assert abs(stray["value"] - true_flare) < 4 * stray["std_error"]
+    assert abs(config.lens.flare - 0.005) < 4 * stray["std_error"] * 10.0**-0.3
 
 
 def test_a_chart_that_is_named_is_found_where_it_was_put(tmp_path: Path) -> None:

@@ -47,6 +47,12 @@ class Painting:
     light: tuple[Colour, ...]
     surround: float
 
+    @property
+    def lightest(self) -> float:
+        """Return the light of the lightest patch of known density, which flare is a share of; 1 where none is [1]."""
+        known = [patch.density for patch in self.measured if patch.density is not None]
+        return 10.0 ** -min(known) if known else 1.0
+
     def seen(self, rows: FloatArray, columns: FloatArray, colour: int) -> FloatArray:
         """Return the light at the outer product of rows and columns [1].
 

@@ -156,9 +156,11 @@ def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
 
 
 def _levels(place: _Place) -> Iterator[TrueValue]:
-    sensor = place.sensor
-    if any(frame.kind is Kind.CHART and frame.exposure.iso == place.iso for frame in place.frames):
-        yield place.row("flare", ONE, place.config.lens.flare)
+    sensor, chart = place.sensor, place.config.chart
+    if chart is not None and any(
+        frame.kind is Kind.CHART and frame.exposure.iso == place.iso for frame in place.frames
+    ):
+        yield place.row("flare", ONE, place.config.lens.flare / chart.lightest)
     if place.shares_levels:
         yield place.row("black_level", DN, sensor.black_level[place.site])
     yield place.row("white_level", DN, float(sensor.white_level))

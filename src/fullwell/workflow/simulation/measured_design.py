@@ -114,7 +114,8 @@ def chart_electrons(figures: Figures, iso: float | None, exposure_s: float) -> f
 def measured_chart(figures: Figures) -> tuple[Entry, float]:
     """Return the chart of a study as ``[chart]`` has it, and the flare; an empty table where there was none.
 
-    With every density known and a flare measured, both are taken as they are. Else the densities are those that the
+    With every density known and a flare measured, both are taken as they are, the flare as a share of a perfect white
+    and not of the lightest patch. Else the densities are those that the
     signals amount to, with flare and lens in them.
     """
     patches = cast("Sequence[Mapping[str, object]]", figures.study.get("patches", ()))
@@ -122,8 +123,8 @@ def measured_chart(figures: Figures) -> tuple[Entry, float]:
         return {}, 0.0
     first = patches[0]["scene"]
     own = [patch for patch in patches if patch["scene"] == first]
-    flare = figures.pooled("flare", "1")
-    stated = flare is not None and all(patch["density"] is not None for patch in own)
+    flare = _flare(figures, own)
+    stated = flare is not None
     lights = _patch_lights(figures)
     tables: list[Entry] = []
     for patch in own:
@@ -135,8 +136,8 @@ def measured_chart(figures: Figures) -> tuple[Entry, float]:
 def _patch_lights(figures: Figures) -> Mapping[str, float]:
     """Return the light of each patch relative to a perfect white, or to the lightest patch where densities lack."""
     patches = cast("Sequence[Mapping[str, object]]", figures.study.get("patches", ()))
-    flare = figures.pooled("flare", "1")
-    if flare is not None and all(patch["density"] is not None for patch in patches):
+    flare = _flare(figures, patches)
+    if flare is not None:
         return {str(one["name"]): 10.0 ** -cast("float", one["density"]) + flare for one in patches}
     signals = figures.patch_signals()
     leading = [key for key in signals if key[0] in {"G1", MONO}]
@@ -145,6 +146,14 @@ def _patch_lights(figures: Figures) -> Mapping[str, float]:
     for key in leading:
         lights.setdefault(key[3], []).append(signals[key] / brightest[key[1:3]])
     return {patch: statistics.median(found) for patch, found in lights.items()}
+
+
+def _flare(figures: Figures, patches: Sequence[Mapping[str, object]]) -> float | None:
+    """Return stray light relative to a perfect white; None where it was not measured or a density is not known [1]."""
+    flare = figures.pooled("flare", "1")
+    if flare is None or any(patch["density"] is None for patch in patches):
+        return None
+    return flare * 10.0 ** -min(cast("float", patch["density"]) for patch in patches)
 
 
 def _density(light: float) -> float:

@@ -73,6 +73,23 @@ def test_a_fleet_is_its_studies(studies: list[Path], tmp_path: Path, monkeypatch
     assert pq.read_table(out / "fleet.parquet").to_pylist() == table
 
 
+def test_results_of_another_study_are_not_taken_for_its_own(
+    studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = tmp_path / "out"
+    (done,) = characterize_fleet(studies[:1], root, options=Options())
+    measured = document(root / "raw")
+    for resume in (True, False):
+        (other,) = characterize_fleet(studies[1:2], root, options=Options(), resume=resume)
+        assert other.state == "failed"
+        assert f"results of another study, {studies[0]}" in other.reason
+        assert document(root / "raw") == measured
+    monkeypatch.chdir(studies[0].parent)
+    (kept,) = characterize_fleet([Path("raw")], root, options=Options(), resume=True)
+    assert (kept.state, kept.errors, kept.warnings) == ("kept", done.errors, done.warnings)
+    assert done.warnings > 0
+
+
 def test_a_defect_costs_one_study(studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("division by zero")

@@ -20,11 +20,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from fullwell.errors import FullwellError, UsageError
+from fullwell.figures.results import Results
 from fullwell.files import holds_document
 from fullwell.findings import Severity
 from fullwell.frames.manifest import MANIFEST_NAME
 from fullwell.report.document import DOCUMENT
 from fullwell.report.document import SCHEMA as RESULTS_SCHEMA
+from fullwell.report.reading import read_results
 from fullwell.workflow.cache.opening import cache_beside
 from fullwell.workflow.characterize import characterize
 from fullwell.workflow.cluster import connected
@@ -135,7 +137,7 @@ def characterize_fleet(
         raise UsageError(f"{root} is one of the studies, and results would lie among its frames; name another with -o")
     root.mkdir(parents=True, exist_ok=True)
     jobs = [
-        Job(name=name, study=study, out=root / name, options=_own(options, root / name), resume=resume)
+        Job(name=name, study=study.absolute(), out=root / name, options=_own(options, root / name), resume=resume)
         for name, study in named(studies).items()
     ]
     entries: list[Entry] = []
@@ -166,8 +168,12 @@ def _recorded(entries: Sequence[Entry], root: Path) -> tuple[Entry, ...]:
 
 def _left(job: Job) -> Entry:
     """Return what becomes of a study that a fleet did not come to the end of: results of an earlier run are kept."""
-    if _has_results(job):
-        return _entry(job, state="kept")
+    try:
+        earlier = _earlier(job)
+    except UsageError as error:
+        return _entry(job, state="failed", reason=str(error))
+    if earlier is not None:
+        return _entry(job, state="kept", found=earlier)
     return _entry(job, state="interrupted", reason="the fleet was interrupted before this study was measured")
 
 
@@ -209,42 +215,55 @@ def named(studies: Iterable[Path]) -> dict[str, Path]:
 def measure_one(job: Job) -> Entry:
     """Measure a study of a fleet; runs where its frames are to be read."""
     started = time.monotonic()
-    if job.resume and _has_results(job):
-        return _entry(job, state="kept")
     try:
+        earlier = _earlier(job)
+        if job.resume and earlier is not None:
+            return _entry(job, state="kept", found=earlier)
         results = characterize(job.study, job.out, options=job.options)
     except FullwellError as error:
-        return _entry(job, state="failed", reason=str(error), errors=1, duration_s=_since(started))
+        return _entry(job, state="failed", reason=str(error), duration_s=_since(started))
     except Exception as error:  # noqa: BLE001 - a defect met by one study must not cost the others
         reason = (
             f"a bug of ours: {type(error).__name__}: {error}; measure this study alone with --verbose, and report it"
         )
-        return _entry(job, state="failed", reason=reason, errors=1, duration_s=_since(started))
-    severities = Counter(one.severity for one in results.findings)
-    return _entry(
-        job,
-        state="done",
-        errors=severities[Severity.ERROR],
-        warnings=severities[Severity.WARNING],
-        duration_s=_since(started),
-    )
+        return _entry(job, state="failed", reason=reason, duration_s=_since(started))
+    return _entry(job, state="done", found=results, duration_s=_since(started))
 
 
-def _has_results(job: Job) -> bool:
-    return holds_document(job.out, DOCUMENT, schema=RESULTS_SCHEMA)
+def _earlier(job: Job) -> Results | None:
+    """Return the results that a study has already; None where there are none.
+
+    Names tell the studies of one fleet apart, not those of two: another folder of the same name may have been measured
+    into the same place before.
+
+    Raises
+    ------
+    UsageError
+        They are another study's.
+
+    """
+    if not holds_document(job.out, DOCUMENT, schema=RESULTS_SCHEMA):
+        return None
+    found = read_results(job.out)
+    whose = found.run.get("study")
+    if whose != str(job.study):
+        raise UsageError(
+            f"{job.out} holds the results of another study, {whose}; name another folder with -o, or remove that one"
+        )
+    return found
 
 
-def _entry(
-    job: Job, *, state: State, reason: str = "", errors: int = 0, warnings: int = 0, duration_s: float = 0.0
-) -> Entry:
+def _entry(job: Job, *, state: State, reason: str = "", found: Results | None = None, duration_s: float = 0.0) -> Entry:
+    """Return what became of a study, with the findings of its results; one that failed counts as an error."""
+    severities = Counter(one.severity for one in found.findings) if found is not None else Counter[Severity]()
     return Entry(
         name=job.name,
         study=str(job.study),
         out=str(job.out),
         state=state,
         reason=reason,
-        errors=errors,
-        warnings=warnings,
+        errors=severities[Severity.ERROR] + (state == "failed"),
+        warnings=severities[Severity.WARNING],
         duration_s=duration_s,
     )
 

@@ -67,6 +67,23 @@ def test_a_distribution_that_is_cut_is_called_clipped(noise, above, hot):
     assert is_clipped_low(*histogram)
 
 
+def test_pixels_that_differ_more_than_they_flicker_are_not_taken_for_a_cut():
+    """Five frames show the few lowest of 768 pixels five times: values pile up where no rail is."""
+    rng = np.random.default_rng(36)
+    frames, pattern_dn, noise_dn = 5, 20.0, 1.25
+    alike = 1.0 + (frames - 1) * pattern_dn**2 / (pattern_dn**2 + noise_dn**2)
+    taken_singly = 0
+    for _ in range(1500):
+        levels = 256.0 + pattern_dn * rng.standard_normal(768)
+        codes = np.rint(levels + noise_dn * rng.standard_normal((frames, 768))).astype(np.int64)
+        histogram = int(codes.min()), np.bincount(codes.ravel() - codes.min())
+        taken_singly += is_clipped_low(*histogram)
+        assert not is_clipped_low(*histogram, alike=alike)
+    assert taken_singly > 0
+    cut = np.maximum(codes, round(256.0 - 1.5 * pattern_dn))
+    assert is_clipped_low(int(cut.min()), np.bincount(cut.ravel() - cut.min()), alike=alike)
+
+
 def test_code_zero_is_a_rail_and_a_suspected_one_decides_where_the_histogram_cannot():
     two_codes = np.array([900, 100])
     assert is_clipped_low(0, two_codes)

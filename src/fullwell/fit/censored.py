@@ -16,7 +16,7 @@ from fullwell.units import DN, Measured
 MAX_CLIPPED: Final = 1e-3
 """Share of the pixels on the lowest code above which a variance is not to be trusted (METHOD 0)."""
 _MISSING: Final = 10.0
-"""Values that must be missing below the lowest code before it counts as a rail."""
+"""Draws that must be missing below the lowest code before it counts as a rail."""
 _MISSING_SHARE: Final = 2e-4
 """The same as a share of all values; less does no harm to a variance."""
 _STILL: Final = 1e-10
@@ -92,7 +92,12 @@ def fit_censored_normal(
 
 
 def is_clipped_low(
-    first_code: int, counts: NDArray[np.int64], *, step: int = 1, suspected_rail: int | None = None
+    first_code: int,
+    counts: NDArray[np.int64],
+    *,
+    step: int = 1,
+    suspected_rail: int | None = None,
+    alike: float = 1.0,
 ) -> bool:
     """Return whether the lowest code is a rail: over 0.1 % of the values on it, and a tail missing below it.
 
@@ -107,12 +112,14 @@ def is_clipped_low(
     suspected_rail
         A code that may be a rail for reasons of its own, such as a declared black level; it decides where the
         histogram cannot.
+    alike
+        Values that count as one: of L frames of a fixed pattern that noise hardly blurs, each pixel is one draw.
 
     Notes
     -----
     A narrow distribution that is not cut, noise 0.3 DN say, has many values on its lowest code as well. The two are
     told apart by what should lie below: a censored normal, which fits whether or not there is a rail, must put more
-    than ten values, and 0.02 % of all, there. That takes two more codes with over 0.1 % of the values; with fewer
+    than ten draws, and 0.02 % of all, there. That takes two more codes with over 0.1 % of the values; with fewer
     the histogram cannot tell, and only code 0 or the suspected rail counts as one.
 
     """
@@ -126,7 +133,7 @@ def is_clipped_low(
         return first_code == suspected_rail
     fit = _fit_body(cells)
     below = float(np.exp(log_ndtr((-0.5 - fit.mean.value) / fit.noise.value)))
-    return below > max(_MISSING_SHARE, _MISSING / total)
+    return below > max(_MISSING_SHARE, _MISSING * alike / total)
 
 
 def trim_hot_pixels(counts: NDArray[np.int64]) -> NDArray[np.int64]:

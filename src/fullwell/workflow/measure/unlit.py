@@ -66,4 +66,6 @@ def _is_clipped(plane: PlaneStatistics) -> bool:
     histogram = plane.histogram
     populated = int((histogram.counts > MAX_SATURATED * histogram.counts.sum()).sum())
     shows = populated >= CODES_THAT_SHOW_A_CUT or (populated > 1 and histogram.first_code == 0)
-    return shows and is_clipped_low(histogram.first_code, histogram.counts)
+    fixed = plane.fixed_spread**2
+    alike = 1.0 + (plane.frames - 1) * (fixed / (fixed + plane.temporal_variance) if fixed > 0.0 else 0.0)
+    return shows and is_clipped_low(histogram.first_code, histogram.counts, alike=alike)

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from fullwell.frames.selection import Selection
 from fullwell.simulate.truth import true_values
 from fullwell.testing import simulated_study, simulation
@@ -40,3 +42,17 @@ def test_every_burst_meets_its_own_truth(tmp_path: Path) -> None:
     assert len(judged) > 100
     # Two-sided p of a normal number above 1e-5, for each of fewer than 300 figures.
     assert [one for one in judged if abs(one.pull or 0.0) > 4.5] == []
+
+
+@pytest.mark.parametrize("bias", [None, {"exposures_s": [0.0001], "frames": 1}])
+def test_without_bias_frames_read_noise_is_told_and_judged_without_dark_current(
+    tmp_path: Path, bias: dict[str, object] | None
+) -> None:
+    study = {"dark": STUDY["dark"], **({} if bias is None else {"bias": bias})}
+    config = simulation(seed=22, camera={"dark_current": 40.0}, study=study)
+    simulated_study(tmp_path / "study", config)
+    results = measure(tmp_path / "study", options=Options(selection=Selection(), workers=1)).results
+    found = [one for one in compared(results.rows, true_values(config)) if one.row.method == "temporal-variance"]
+    assert len(found) == 10
+    # Two-sided p of a normal number above 1e-5, for each of fewer than 300 figures.
+    assert [one for one in found if abs(one.pull or 0.0) > 4.5] == []

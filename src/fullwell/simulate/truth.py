@@ -1,6 +1,7 @@
 """The true values of what a measurement of a simulated study reports, by the definitions of the glossary."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -171,7 +172,7 @@ def _unlit_noise(place: _Place) -> Iterator[TrueValue]:
     sensor = place.sensor
     unlit = _shortest_unlit(place)
     noises = [
-        ("read_noise", sensor.dark_noise_at(place.iso, unlit.exposure_s, unlit.temperature_c)),
+        ("read_noise", sensor.dark_noise_at(place.iso, _read_noise_exposure_s(place), unlit.temperature_c)),
         ("read_noise_row", sensor.read_noise_row),
         ("read_noise_column", sensor.read_noise_column),
         *_dsnu_parts(place, unlit),
@@ -313,6 +314,19 @@ def _before_and_after(config: SimulationConfig, channel: str) -> Iterator[TrueVa
 
 
 def _shortest_unlit(place: _Place) -> _Unlit:
-    """Return the exposure read noise and DSNU are measured at."""
-    first = min((frame.exposure for frame in place.unlit), key=lambda one: one.exposure_s, default=None)
+    """Return the exposure DSNU is measured at: the shortest of which there are two frames, of any if there are none."""
+    every = [frame.exposure for frame in place.unlit]
+    times = Counter(one.exposure_s for one in every)
+    usable = [one for one in every if times[one.exposure_s] > 1] or every
+    first = min(usable, key=lambda one: one.exposure_s, default=None)
     return _Unlit() if first is None else _Unlit(exposure_s=first.exposure_s, temperature_c=first.temperature_c)
+
+
+def _read_noise_exposure_s(place: _Place) -> float:
+    """Return the exposure read noise is told for: that of bias frames, else none where darks of several tell [s]."""
+    taken = Counter((frame.kind, frame.exposure.exposure_s) for frame in place.unlit)
+    biases, darks = (
+        [exposure_s for (kind, exposure_s), frames in taken.items() if kind is wanted and frames > 1]
+        for wanted in (Kind.BIAS, Kind.DARK)
+    )
+    return min(biases or darks, default=0.0) if biases or len(darks) < 2 else 0.0

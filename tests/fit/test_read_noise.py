@@ -24,18 +24,24 @@ def test_T11_rounding_is_inverted(noise, tolerance):  # noqa: N802 - METHOD's na
     assert not found.quantization_limited
 
 
-def test_unknown_phase_leaves_an_interval_that_holds_the_truth():
-    for noise in (0.1, 0.2, 0.3):
-        for phase in (0.0, 0.1, 0.25, 0.4, 0.5):
-            rng = np.random.default_rng(33)
-            codes = np.rint(phase + noise * rng.standard_normal((4, 100_000)))
-            measured = Measured.normal(float(codes.var(axis=0, ddof=1).mean()), 1e-3, DN2)
-            found = analogue_read_noise(measured, spatial_spread_dn=0.0)
-            assert found.noise.ci95[0] <= noise + 1e-9 or not found.quantization_limited
-            assert found.noise.ci95[1] >= noise - 0.005
-            if measured.value < rounded_variance(0.35):
-                assert found.quantization_limited
-                assert found.flags == ("quantization-limited",)
+@pytest.mark.parametrize("spread", [0.0, 0.05, 0.2])
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.25, 0.4, 0.45, 0.5])
+def test_unknown_phase_leaves_an_interval_that_holds_the_truth(phase, spread):
+    """At the edge of two codes any small noise looks like 0.41: that was once told with an error of a hundredth."""
+    rng = np.random.default_rng(33)
+    pixels, frames = 20_000, 4
+    level = phase + spread * rng.standard_normal(pixels)
+    held = 0
+    for noise in (0.03, 0.1, 0.2, 0.3, 0.4):
+        codes = np.rint(level + noise * rng.standard_normal((frames, pixels)))
+        variances = codes.var(axis=0, ddof=1)
+        measured = Measured.normal(float(variances.mean()), float(variances.std() / np.sqrt(pixels)), DN2)
+        seen = max(float(codes.mean(axis=0).var(ddof=1)) - measured.value / frames, 0.0) ** 0.5
+        found = analogue_read_noise(measured, spatial_spread_dn=seen, n=codes.size)
+        held += found.noise.ci95[0] <= noise <= found.noise.ci95[1]
+        if measured.value < rounded_variance(0.45):
+            assert found.flags == ("quantization-limited",)
+    assert held >= 4
 
 
 def test_phase_effect_fades_with_noise_and_with_spread():
@@ -46,7 +52,7 @@ def test_phase_effect_fades_with_noise_and_with_spread():
 
 
 def test_phase_joins_the_error_where_levels_do_not_spread():
-    measured = Measured.normal(rounded_variance(0.4), 1e-4, DN2)
+    measured = Measured.normal(rounded_variance(0.46), 1e-4, DN2)
     narrow = analogue_read_noise(measured, spatial_spread_dn=0.0)
     wide = analogue_read_noise(measured, spatial_spread_dn=1.0)
     assert narrow.noise.value == pytest.approx(wide.noise.value)

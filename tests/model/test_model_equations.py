@@ -2,10 +2,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import norm
 
 from fullwell.model.noise import NoiseCoefficients, noise_coefficients
 from fullwell.model.photon_transfer import noise_variance, signal_at_snr, signal_at_snr_gradient, signal_to_noise
-from fullwell.model.quantization import rounded_variance, rounded_variance_at_phase, rounded_variance_slope
+from fullwell.model.quantization import (
+    rounded_pattern,
+    rounded_pattern_at_phase,
+    rounded_variance,
+    rounded_variance_at_phase,
+    rounded_variance_slope,
+)
 from fullwell.model.sensor import SensorParameters
 
 
@@ -87,6 +94,24 @@ def test_rounding_at_one_phase_by_simulation():
     variances = codes.var(axis=0, ddof=1)
     expected = float(rounded_variance_at_phase(0.3, 0.2))
     assert abs(variances.mean() - expected) <= 4.0 * variances.std() / np.sqrt(variances.size)
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.2, 0.5])
+@pytest.mark.parametrize("phase", [0.0, 0.2, 0.5])
+def test_a_pattern_is_rounded_as_its_mean_codes_are(noise, phase):
+    """The mean code of a level by the normal law, over the levels of a normal pattern."""
+    for spread in (0.05, 0.2, 0.6):
+        levels = phase + spread * norm.ppf((np.arange(20_000) + 0.5) / 20_000)
+        codes = norm.cdf((levels[:, np.newaxis] - np.arange(-6.5, 8.0)) / noise).sum(axis=1)
+        found = float(rounded_pattern_at_phase(spread, phase, noise=noise))
+        assert found == pytest.approx(codes.var(), rel=2e-3, abs=1e-6)
+
+
+def test_a_rounded_pattern_is_the_mean_over_phases():
+    phases = np.linspace(-0.5, 0.5, 400, endpoint=False)
+    for spread in (0.05, 0.2, 0.6):
+        mean = float(rounded_pattern_at_phase(spread, phases, noise=0.2).mean())
+        assert float(rounded_pattern(spread, noise=0.2)) == pytest.approx(mean, rel=1e-9)
 
 
 def test_published_errors_of_one_twelfth():

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from fullwell.fit.rounding_region import possible_before_rounding
 from fullwell.model.quantization import (
     quantization_variance,
     rounded_variance,
@@ -22,8 +23,9 @@ from fullwell.units import DN, DN2, ONE, Measured, square_root
 
 COVERING_SPREAD: Final = 0.5
 """Spread of the pixels' levels, in codes, from which all phases count as covered."""
-MEASURABLE: Final = 0.35
-"""Noise, in codes, below which an unknown phase leaves no more than an interval."""
+MEASURABLE: Final = 0.45
+"""Noise, in codes, below which an unknown phase leaves no more than an interval: a level at the edge of two codes makes
+any less noise look like 0.41."""
 
 _CONVERGED: Final = 1e-15
 """Part of the noise that a last step may be: some roundings."""
@@ -76,13 +78,13 @@ def analogue_read_noise(
     Returns
     -------
     ReadNoise
-        Where the phase matters but noise above 0.35 q keeps its effect small, the standard error includes it.
+        Where the phase matters but noise above 0.45 q keeps its effect small, the standard error includes it.
 
     """
     noise = unrounded_noise(temporal_variance.value, step=quantization_step)
     covered = spatial_spread_dn >= COVERING_SPREAD * quantization_step
     if noise < MEASURABLE * quantization_step and not covered:
-        unseen = 0.0 if n is None else 3.0 * quantization_step**2 / n
+        unseen = 0.0 if n is None else 3.0 / n
         return _over_unknown_phase(temporal_variance, noise, quantization_step, max(spatial_spread_dn, 0.0), unseen)
     if noise >= 0.5 * quantization_step:
         value, slope = temporal_variance.value - quantization_variance(quantization_step), 1.0
@@ -132,23 +134,37 @@ def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
 
 
 def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> float:
-    """Return how far one unknown phase moves the variance at most from its mean over phases [DN^2]."""
-    extremes = rounded_variance_at_phase(
-        np.full(2, max(noise, 1e-3 * step)), np.array([0.0, 0.5 * step]), spread=spread, step=step
-    )
-    return float(np.abs(extremes - rounded_variance(noise, step=step)).max())
+    """Return how far one unknown phase moves the variance at most from its mean over phases [DN^2].
+
+    The noise may be less than it seems by just that effect, which is larger then.
+    """
+
+    def effect(of: float) -> float:
+        extremes = rounded_variance_at_phase(
+            np.full(2, max(of, 1e-3 * step)), np.array([0.0, 0.5 * step]), spread=spread, step=step
+        )
+        return float(np.abs(extremes - rounded_variance(of, step=step)).max())
+
+    return effect(max(math.sqrt(max(noise**2 - effect(noise), 0.0)), 0.7 * noise))
 
 
-def _over_unknown_phase(variance: Measured, noise: float, step: float, spread: float, unseen_dn2: float) -> ReadNoise:
+def temporal_range(variance: Measured, *, unseen: float, step: float) -> tuple[float, float]:
+    """Return the ends of a temporal variance for `possible_before_rounding` [code^2].
+
+    They lie two and a half errors to either side, since the pattern has to lie between ends of its own as well.
+    """
+    slack = max(2.5 * (variance.std_error or 0.0) / step**2, unseen)
+    return variance.value / step**2 - slack, variance.value / step**2 + slack
+
+
+def _over_unknown_phase(variance: Measured, noise: float, step: float, spread: float, unseen: float) -> ReadNoise:
     """Return every noise that some phase reconciles with the variance; its error is that of a uniform law."""
-    slack = max(2.0 * (variance.std_error or 0.0), unseen_dn2)
-    candidates = step * np.linspace(0.005, 1.0, 200)
-    phases = step * np.linspace(0.0, 0.5, 9)
-    expected = rounded_variance_at_phase(candidates[:, None], phases[None, :], spread=spread, step=step)
-    possible = (expected.min(axis=1) <= variance.value + slack) & (expected.max(axis=1) >= variance.value - slack)
-    reach = candidates[possible] if possible.any() else np.array([0.0, noise])
-    low = 0.0 if reach[0] == candidates[0] else min(float(reach[0]), noise)
-    high = max(float(reach[-1]), noise)
+    temporal = temporal_range(variance, unseen=unseen, step=step)
+    pattern = (spread / step) ** 2
+    slack = 0.1 * pattern + unseen + 1.5 * (temporal[1] - temporal[0])
+    possible = possible_before_rounding(temporal, (pattern - slack, pattern + slack))
+    ends = (0.0, noise) if possible is None else (possible.noise[0] * step, possible.noise[1] * step)
+    low, high = min(ends[0], noise), max(ends[1], noise)
     std_error = (high - low) / math.sqrt(12.0)
     return ReadNoise(
         noise=Measured.interval(noise, std_error, (low, high), DN),

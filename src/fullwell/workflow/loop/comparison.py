@@ -11,6 +11,7 @@ from fullwell.simulate.truth import TrueValue
 from fullwell.units import DN2, ONE, VOLT
 
 _NO_ESTIMATE: Final = frozenset({"lower-bound", "upper-limit", "grid-limited"})
+_ONLY_AN_INTERVAL: Final = "quantization-limited"
 _TWIN: Final = "_variance"
 _SQUARED: Final = {ONE: ONE, VOLT: DN2}
 """Units whose square is not written with ``^2``, and one whose rows have their variance in another."""
@@ -35,7 +36,7 @@ class Comparison:
     pull
         Error in standard errors, put on the scale of a normal number where the degrees of freedom are few: 95 % of
         them lie within -1.96 and 1.96. That of a square root is its variance's, which alone follows Student's t near
-        zero. None where the row claims no standard error, or is a bound.
+        zero. None where the row claims no standard error, is a bound, or only an interval is known.
 
     """
 
@@ -89,6 +90,8 @@ def pulls_of(compared_rows: Sequence[Comparison]) -> tuple[float, ...]:
 
 
 def _pull(row: Row, truth: float, twins: Mapping[tuple[object, ...], Row], known: _Truths) -> float | None:
+    if _ONLY_AN_INTERVAL in row.flags:
+        return None
     twin = _twin(row, twins)
     if twin is not None and (its_truth := _true(twin, known)) is not None:
         return pull(twin.measured, its_truth)

@@ -20,7 +20,7 @@ from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.nonuniformity import ChannelPattern
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
-from fullwell.workflow.measure.rounding import phase_aware_dof
+from fullwell.workflow.measure.rounding import phase_aware_dof, phase_aware_spatial_dof
 from fullwell.workflow.measure.section import RowWriter, Section
 from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_tiles, pooled_dof
 from fullwell.workflow.measure.unlit import line_noise
@@ -186,13 +186,16 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines) -> _Pool
         for share, temporal, dark, response in zip(by_surface, lines.temporal, lines.dark, lines.response, strict=True)
     )
     temporal_dn2 = float((temporal_dof * (tiles.temporal_variance[chosen] + by_mean)).sum() / temporal_dof.sum())
+    pooled_spatial_dn2 = float((spatial_dof * spatial_dn2).sum() / spatial_dof.sum())
     return _PooledBurst(
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
         mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
         temporal_dn2=temporal_dn2,
         temporal_dof=phase_aware_dof(plane, temporal_dn2, pooled_dof(temporal_dof, tiles.temporal_variance[chosen])),
-        spatial_dn2=float((spatial_dof * spatial_dn2).sum() / spatial_dof.sum()),
-        spatial_dof=pooled_dof(spatial_dof, tiles.spatial_variance[chosen]),
+        spatial_dn2=pooled_spatial_dn2,
+        spatial_dof=phase_aware_spatial_dof(
+            plane, pooled_spatial_dn2, pooled_dof(spatial_dof, tiles.spatial_variance[chosen])
+        ),
         frames=plane.frames,
         n=int(pixels.sum()) * plane.frames,
     )

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
-from fullwell.fit.nonuniformity import Nonuniformity, dark_nonuniformity, nonuniformity
+from fullwell.fit.nonuniformity import Nonuniformity, nonuniformity
 from fullwell.fit.pooling import SIGNIFICANCE, SharedErrors, mean_of_sites, pool_channels
 from fullwell.statistics.pattern import SMALLEST_SIDE, pattern
 from fullwell.units import DN, DN2, ONE, PERCENT, PERCENT2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
+from fullwell.workflow.measure.dark_pattern import dark_pattern
 from fullwell.workflow.measure.pattern_maps import INTERCEPT, SLOPE, STACK, ChannelMaps, IsoMaps, floor_of
 from fullwell.workflow.measure.rounding import rounding_flags
 from fullwell.workflow.measure.section import RowWriter, Section
@@ -138,8 +139,7 @@ def _dark_stack(bursts: IsoBursts, channel: str) -> Nonuniformity | None:
     burst = darkest_burst(bursts)
     if burst is None or channel in bursts.black_clipped:
         return None
-    plane = burst.plane(channel)
-    return dark_nonuniformity(plane.mean_squares, plane.shape, tiles=plane.tiles)
+    return dark_pattern(bursts, burst, channel)[0]
 
 
 def _map_rows(
@@ -187,8 +187,7 @@ def _per_exposure(bursts: IsoBursts, channel: str, shortest: Burst) -> Iterable[
     write = RowWriter(bursts=bursts).root_and_variance
     for burst in bursts.darks:
         if burst.frames > 1 and burst is not shortest:
-            plane = burst.plane(channel)
-            found = dark_nonuniformity(plane.mean_squares, plane.shape, tiles=plane.tiles)
+            found, flags = dark_pattern(bursts, burst, channel)
             yield from write(
                 "dsnu",
                 channel,
@@ -196,8 +195,9 @@ def _per_exposure(bursts: IsoBursts, channel: str, shortest: Burst) -> Iterable[
                 found.total,
                 DN,
                 source="METHOD 5.1",
-                n=plane.n * burst.frames,
+                n=burst.plane(channel).n * burst.frames,
                 exposure_s=burst.exposure_s,
+                flags=flags,
                 recommended=False,
             )
 

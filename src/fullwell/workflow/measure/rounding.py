@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterable
 
 from fullwell.fit.read_noise import phase_effect, unrounded_noise
+from fullwell.fit.rounded_pattern import NO_EFFECT, pattern_phase_effect
+from fullwell.model.quantization import quantization_variance
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import IsoBursts
 
@@ -26,6 +28,17 @@ def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> 
         return dof
     phase_dn2 = rounding_error_dn2(plane, variance_dn2)
     return 2.0 * variance_dn2**2 / (2.0 * variance_dn2**2 / dof + phase_dn2**2)
+
+
+def phase_aware_spatial_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> float:
+    """Return the degrees of freedom of a spatial variance, lowered by what the unknown phase makes of the pattern."""
+    noise = unrounded_noise(plane.temporal_variance)
+    if noise >= NO_EFFECT:
+        return dof
+    by_noise = phase_effect(noise, spread=plane.fixed_spread) / plane.frames
+    phase_dn2 = math.hypot(by_noise, pattern_phase_effect(plane.fixed_spread**2, noise=noise)) / math.sqrt(2.0)
+    least = max(variance_dn2, quantization_variance() / plane.frames)
+    return 2.0 * least**2 / (2.0 * least**2 / dof + phase_dn2**2)
 
 
 def mean_rounding_error_dn(plane: PlaneStatistics) -> float:

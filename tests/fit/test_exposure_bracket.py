@@ -140,7 +140,7 @@ def test_a_general_optimizer_agrees(seed, exposures, offset):
     assert abs(found.offset - oracle.x[0]) <= 1e-4 * error
     assert np.sqrt(found.covariance[0, 0]) == pytest.approx(error, rel=1e-2)
     assert found.chi_square == pytest.approx(2.0 * oracle.cost, rel=1e-6)
-    assert found.frame_influence.sum() == pytest.approx(1.0)
+    assert found.influence.sum() == pytest.approx(1.0)
 
 
 def test_noiseless_brackets_are_met_exactly(chart):
@@ -180,6 +180,43 @@ def test_drift_of_the_offset_joins_the_error(chart):
     assert np.sqrt(averaged.offset.std_error**2 - plain.offset.std_error**2) == pytest.approx(
         drift * np.sqrt(0.25 + r**2) / (1.0 - r), rel=1e-3
     )
+
+
+def test_noise_that_patches_share_joins_the_error(chart):
+    """Rows of noise across six patches each: without their covariance one interval in six misses."""
+    camera, shared, sets, r = chart(flare=2.4e-4, planes=(1.0,)), 0.02, 200, 0.125
+    rng = np.random.default_rng(98)
+    means, variances = _bracket(rng, camera, (1.0, r), n=10000, sets=sets)
+    band = np.arange(means.shape[-1]) // 6
+    means = means + shared * rng.standard_normal((sets, 2, band.max() + 1))[..., band]
+    alike = shared**2 * (band[:, None] == band)
+    covariance = np.eye(2)[:, None, :, None] * (alike - np.diag(np.diagonal(alike)))[None, :, None]
+    covered = {}
+    for name, common in (("alone", 0.0), ("together", covariance)):
+        found = [
+            fit_exposure_bracket(x, v + shared**2, covariance_dn2=common).offset
+            for x, v in zip(means, variances, strict=True)
+        ]
+        covered[name] = np.mean([one.ci95[0] <= OFFSET <= one.ci95[1] for one in found])
+    assert covered["alone"] < 0.85
+    assert abs(covered["together"] - 0.95) <= 4.0 * np.sqrt(0.95 * 0.05 / sets), covered
+
+
+def test_rows_of_noise_are_no_drift(chart):
+    """Twelve frames of patches in bands: noise of the bands alone is not taken for an offset that moves."""
+    camera, frames, shared, n, sets = chart(planes=(1.0,)), 12, 0.05, 2500, 200
+    rng = np.random.default_rng(99)
+    noise = np.sqrt(camera.variance_dn2 / n)
+    band = np.arange(noise.size) // 6
+    alike = shared**2 * (band[:, None] == band)
+    own = np.broadcast_to(noise**2 + shared**2, (frames, noise.size))
+    found = []
+    for _ in range(sets):
+        means = OFFSET + camera.signal_dn + noise * rng.standard_normal(own.shape)
+        means = means + shared * rng.standard_normal((frames, band.max() + 1))[:, band]
+        common = alike - np.diag(np.diagonal(alike))
+        found.append(frame_drift(*repeat_levels(means, own, offset_dn=OFFSET, covariance_dn2=common)).value)
+    assert abs(np.mean(found)) <= 4.0 * np.std(found) / np.sqrt(sets)
 
 
 def test_drift_is_told_from_flicker(chart):

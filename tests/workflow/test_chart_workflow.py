@@ -220,6 +220,30 @@ def test_corners_of_the_whole_frame_are_those_of_a_region_of_it(camera, tmp_path
     assert used == [((height - 4, width - 8), ((12, 6), (212, 6), (212, 146), (12, 146)))]
 
 
+def test_stray_light_is_a_share_of_the_lightest_patch_where_that_clips(tmp_path):
+    """As the guide wants it shot: flare was a share of the next patch, 77 % too high."""
+    chart = replace(CHART, brightest=1.1)
+    clipping = Camera(chart, seed=34)
+    images = [clipping.write(tmp_path / f"{index}.dng", exposure) for index, exposure in enumerate((1.0, 1 / 8))]
+    clipping.write_patches(tmp_path / "patches.csv")
+    study = load_images(images, Selection(), kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=OPTIONS, asked=asked(tmp_path))
+    for channel in ("R", "G1", "all"):
+        (flare,) = rows_of(outcome.section.rows, "flare", channel, "density-fit")
+        assert abs(flare.measured.value - chart.flare) < 4.0 * flare.measured.std_error, channel
+
+
+def test_channels_err_alike_where_patches_differ_from_their_densities(camera, tmp_path):
+    images = [camera.write(tmp_path / f"{index}.dng", exposure) for index, exposure in enumerate((1.0, 1 / 8))]
+    wrong = CHART.densities + np.random.default_rng(35).normal(0.0, 0.02, CHART.densities.size)
+    camera.write_patches(tmp_path / "patches.csv", densities=np.maximum(wrong, 0.0))
+    study = load_images(images, Selection(), kind=Kind.CHART)
+    outcome, _ = measure_images(study, options=OPTIONS, asked=asked(tmp_path))
+    own = [rows_of(outcome.section.rows, "flare", channel, "density-fit")[0] for channel in ("R", "G1", "G2", "B")]
+    (flare,) = rows_of(outcome.section.rows, "flare", "all", "density-fit")
+    assert flare.measured.std_error >= min(one.measured.std_error for one in own)
+
+
 def test_without_saturation_every_range_is_a_bound_without_an_interval(tmp_path):
     camera = Camera(replace(CHART, brightest=0.5), seed=3)
     camera.write_patches(tmp_path / "patches.csv")

@@ -44,8 +44,8 @@ class BracketSolution:
         Shape (...).
     residuals
         Over their standard errors, shape (..., E, N); 0 where a mean took no part.
-    frame_influence
-        By what b moves with the offset of one exposure alone, shape (..., E); their sum is 1.
+    influence
+        By what b moves with each mean, shape (..., E, N); their sum is 1.
 
     """
 
@@ -55,7 +55,7 @@ class BracketSolution:
     covariance: NDArray[np.float64]
     chi_square: NDArray[np.float64]
     residuals: NDArray[np.float64]
-    frame_influence: NDArray[np.float64]
+    influence: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,6 +103,7 @@ def fit_exposure_bracket(
     digital_maximum: float | None = None,
     drift_dn: float = 0.0,
     frames: ArrayLike = 1,
+    covariance_dn2: ArrayLike = 0.0,
 ) -> ExposureBracket:
     """Return the offset that makes exposures of one still scene proportional (METHOD 2.3, 2.5).
 
@@ -121,6 +122,9 @@ def fit_exposure_bracket(
         Standard deviation of the offset of single frames, see `fullwell.fit.offset_drift` [DN].
     frames
         Frames averaged in each exposure, shape (E,) or one for all.
+    covariance_dn2
+        What means have in common, such as the noise of the rows they share, shape (E, N, E, N); zero for each with
+        itself, since its own part is in ``variances_of_means_dn2`` [DN^2].
 
     Returns
     -------
@@ -147,9 +151,11 @@ def fit_exposure_bracket(
     if np.all(np.abs(solution.ratios[1:] - 1.0) <= DISTINCT * errors[1:]):
         raise ValueError("the exposures do not differ: give shots of at least two exposures, three stops apart")
     per_frame = drift_dn / np.sqrt(np.broadcast_to(np.asarray(frames, np.float64), solution.ratios.shape))
-    drift = float(np.linalg.norm(solution.frame_influence * per_frame))
+    drift = float(np.linalg.norm(solution.influence.sum(axis=-1) * per_frame))
+    common = np.broadcast_to(np.asarray(covariance_dn2, np.float64), means.shape * 2)
+    shared = float(np.einsum("en,enfm,fm->", solution.influence, common, solution.influence))
     law = float(dof) if misfit else None
-    error = float(errors[0])
+    error = math.sqrt(max(float(errors[0]) ** 2 + shared, 0.0))
     return ExposureBracket(
         offset=Measured.student(float(solution.offset), math.hypot(error, drift), law, DN),
         ratios=(
@@ -200,19 +206,19 @@ def solve_bracket(
         covariance=covariance,
         chi_square=np.sum(weights * state.residuals**2, axis=(-2, -1)),
         residuals=np.sqrt(weights) * state.residuals,
-        frame_influence=np.einsum("...p,...pe->...e", covariance[..., 0, :], state.by_frame),
+        influence=np.einsum("...p,...pen->...en", covariance[..., 0, :], state.by_mean),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _State:
-    """The profiled problem at one guess: signals, residuals, score, information, and d score / d frame offset."""
+    """The profiled problem at one guess: signals, residuals, score, information, and d score / d mean."""
 
     signals: NDArray[np.float64]
     residuals: NDArray[np.float64]
     score: NDArray[np.float64]
     information: NDArray[np.float64]
-    by_frame: NDArray[np.float64]
+    by_mean: NDArray[np.float64]
 
 
 def _state(
@@ -238,7 +244,7 @@ def _state(
         residuals=residuals,
         score=np.einsum("...pen,...en->...p", weighted, residuals),
         information=np.einsum("...pen,...qen->...pq", weighted, projected),
-        by_frame=weighted.sum(axis=-1),
+        by_mean=weighted,
     )
 
 

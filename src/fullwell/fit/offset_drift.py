@@ -37,7 +37,7 @@ def frame_drift(levels_dn: ArrayLike, variances_dn2: ArrayLike) -> Measured:
 
 
 def repeat_levels(
-    means_dn: ArrayLike, variances_of_means_dn2: ArrayLike, *, offset_dn: float
+    means_dn: ArrayLike, variances_of_means_dn2: ArrayLike, *, offset_dn: float, covariance_dn2: ArrayLike = 0.0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the offset of each of several frames of one exposure about their mean, free of flicker (METHOD 2.5).
 
@@ -47,6 +47,9 @@ def repeat_levels(
         Mean of each patch in each frame and its variance, shape (L, N) [DN, DN^2].
     offset_dn
         The black level [DN].
+    covariance_dn2
+        What the means of one frame have in common, such as the noise of the rows they share, shape (N, N); zero for
+        each with itself [DN^2].
 
     Returns
     -------
@@ -61,6 +64,8 @@ def repeat_levels(
     level = np.broadcast_to(signal.mean(axis=0), signal.shape)
     design = np.stack([np.ones_like(level), level / np.abs(level).max()], axis=-1)
     information = np.einsum("lnp,ln,lnq->lpq", design, weights, design)
-    score = np.einsum("lnp,ln,ln->lp", design, weights, signal - level)
     inverse = np.linalg.inv(information)
-    return np.einsum("lp,lp->l", inverse[:, 0], score), inverse[:, 0, 0]
+    influence = np.einsum("lp,lnp,ln->ln", inverse[:, 0], design, weights)
+    common = np.broadcast_to(np.asarray(covariance_dn2, np.float64), (signal.shape[1],) * 2)
+    shared = np.einsum("ln,nm,lm->l", influence, common, influence)
+    return np.einsum("ln,ln->l", influence, signal - level), inverse[:, 0, 0] + shared

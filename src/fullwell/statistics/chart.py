@@ -16,6 +16,8 @@ from fullwell.statistics.patch import without_surface
 
 MAX_CLIPPED: Final = 1e-3
 """Share of values on a rail above which a patch's variance is not used (METHOD 1.11)."""
+_TAKEN: Final = 3
+"""Terms that a surface takes from the means of rows, and from those of columns."""
 
 Cuts = tuple[NDArray[np.uint16], ...]
 """The pixels of each patch of one frame [DN]."""
@@ -67,6 +69,8 @@ class PatchPoint:
         Of the mean of the L frames about its surface, temporal noise over L left in [DN^2]; n - 6 degrees of freedom.
     row_variance_dn2, column_variance_dn2
         Parts of a single frame's variance that rows and columns have in common, signed [DN^2].
+    row_temporal_dn2, column_temporal_dn2
+        The same of the variance between the frames; of one frame, which cannot tell them apart, all of it [DN^2].
     rows, columns
         Size in pixels of the plane.
     lowest, highest
@@ -92,6 +96,8 @@ class PatchPoint:
     spatial_dof: float
     row_variance_dn2: float
     column_variance_dn2: float
+    row_temporal_dn2: float
+    column_temporal_dn2: float
     rows: int
     columns: int
     lowest: int
@@ -192,10 +198,13 @@ def _point(stack: NDArray[np.uint16], patch: Region, *, channel: str, white_dn: 
     together = residuals.mean(axis=0)
     spatial = _sum_of_squares(together) / dof if dof > 0 else float("nan")
     temporal, temporal_dof = float("nan"), 0
+    moving = residuals - together
     if frames > 1 and dof > 0:
         temporal_dof = (frames - 1) * dof
-        temporal = _sum_of_squares(residuals - together) / temporal_dof
+        temporal = _sum_of_squares(moving) / temporal_dof
     variance, total_dof = _single_frame(spatial, dof, temporal, temporal_dof, frames=frames)
+    row, column = _line_variances(residuals, variance, frames=frames, dof=dof)
+    between = _line_variances(moving, temporal, frames=frames - 1, dof=dof) if temporal_dof else (row, column)
     return PatchPoint(
         patch=patch.name,
         channel=channel,
@@ -209,8 +218,10 @@ def _point(stack: NDArray[np.uint16], patch: Region, *, channel: str, white_dn: 
         temporal_dof=float(temporal_dof),
         spatial_variance_dn2=spatial,
         spatial_dof=float(dof),
-        row_variance_dn2=_line_variance(residuals.mean(axis=2), variance, columns),
-        column_variance_dn2=_line_variance(residuals.mean(axis=1), variance, rows),
+        row_variance_dn2=row,
+        column_variance_dn2=column,
+        row_temporal_dn2=between[0],
+        column_temporal_dn2=between[1],
         rows=rows,
         columns=columns,
         lowest=int(stack.min()),
@@ -231,15 +242,21 @@ def _single_frame(spatial: float, dof: int, temporal: float, temporal_dof: int, 
     return total, total**2 / doubt if doubt > 0.0 else float(dof)
 
 
-def _line_variance(line_means: NDArray[np.float64], variance: float, length: int) -> float:
-    """Return what lines of ``length`` pixels share, from their means, shape (frames, lines); signed.
+def _line_variances(residuals: NDArray[np.float64], variance: float, *, frames: int, dof: int) -> tuple[float, float]:
+    """Return what rows and columns share, from the means of so many independent ``frames``; signed.
 
-    Across the lines the surface has taken three terms.
+    A mean of a line holds what its pixels have of their own beside, which is ``variance`` without either; across the
+    lines the surface has taken three terms of both.
     """
-    frames, lines = line_means.shape
-    if lines <= 3:
-        return 0.0
-    return _sum_of_squares(line_means) / (frames * (lines - 3)) - variance / length
+    rows, columns = residuals.shape[1:]
+    if min(rows, columns) <= _TAKEN:
+        return 0.0, 0.0
+    left = np.array([columns * (rows - _TAKEN), rows * (columns - _TAKEN)]) / dof
+    length = np.array([columns, rows])
+    squares = [_sum_of_squares(residuals.mean(axis=axis)) for axis in (2, 1)]
+    seen = np.array(squares) / (frames * (np.array([rows, columns]) - _TAKEN)) - variance / length
+    row, column = np.linalg.solve(np.eye(2) - left / length[:, None], seen)
+    return float(row), float(column)
 
 
 def _sum_of_squares(values: NDArray[np.float64]) -> float:

@@ -16,14 +16,15 @@ from fullwell.figures.results import Row
 from fullwell.figures.tonal_response import tonal_response
 from fullwell.findings import Finding, Severity
 from fullwell.fit.flare import FlareFit, fit_flare
-from fullwell.fit.pooling import pool_channels
+from fullwell.fit.pooling import mean_sharing_errors, pool_channels
 from fullwell.raw.cfa import ALL
 from fullwell.statistics.chart import PatchPoint
 from fullwell.units import DN, Measured
-from fullwell.workflow.measure.chart.levels import ChartLevels
+from fullwell.workflow.measure.chart.levels import BlackLevel, ChartLevels
+from fullwell.workflow.measure.chart.line_noise import LineNoise
 from fullwell.workflow.measure.chart.noise_model import ChartModel
 from fullwell.workflow.measure.chart.ranges import THRESHOLDS, ChannelRange, noise_of
-from fullwell.workflow.measure.chart.shots import Exposure, Shots
+from fullwell.workflow.measure.chart.shots import Scene, Shots
 from fullwell.workflow.measure.section import RowWriter, Section
 
 DOCUMENTED_DENSITY = 2.0
@@ -34,12 +35,13 @@ SPREAD = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelFlare:
-    """Stray light of one channel, or of all as the mean of the channels."""
+    """Stray light of one channel, or of all as the mean of the channels; of one it is ``stray_dn`` [DN]."""
 
     channel: str
     flare: Measured
     at_offset: Measured
     without_dark: bool
+    stray_dn: float = math.nan
 
 
 def measure_camera(
@@ -48,6 +50,7 @@ def measure_camera(
     models: Sequence[ChartModel],
     ranges: Sequence[ChannelRange],
     *,
+    lines: LineNoise,
     dark_current: Mapping[str, Measured],
 ) -> Section:
     """Measure stray light where densities and an identified black level allow, and what it costs.
@@ -56,11 +59,13 @@ def measure_camera(
     ----------
     shots, levels, models, ranges
         What was measured before.
+    lines
+        Noise of rows and columns, which patches share.
     dark_current
         By channel, where dark frames told it [DN/s].
 
     """
-    flares = _flares(shots, levels, dark_current)
+    flares = _flares(shots, levels, lines, dark_current)
     rows: list[Row] = [
         RowWriter(bursts=shots.bursts).row(
             "flare", one.channel, "density-fit", one.flare, source="METHOD 2.2", recommended=True
@@ -85,39 +90,66 @@ def known_densities(shots: Shots) -> bool:
     return len(set(known)) >= 3 and max(known) - min(known) >= SPREAD
 
 
-def _flares(shots: Shots, levels: ChartLevels, dark_current: Mapping[str, Measured]) -> tuple[ChannelFlare, ...]:
-    if not known_densities(shots):
+def _flares(
+    shots: Shots, levels: ChartLevels, lines: LineNoise, dark_current: Mapping[str, Measured]
+) -> tuple[ChannelFlare, ...]:
+    scene = next((scene for scene in shots.scenes if len(scene.patches) > 2), None)
+    if scene is None or not known_densities(shots):
         return ()
-    found: list[ChannelFlare] = []
-    exposure = next((scene.brightest for scene in shots.scenes if len(scene.patches) > 2), None)
-    if exposure is None:
-        return ()
-    seconds = exposure.exposure_s or 0.0
+    seconds = scene.brightest.exposure_s or 0.0
     known = seconds > 0.0 and dark_current.keys() >= set(shots.channels)
+    fits: list[FlareFit] = []
     for channel in shots.channels:
-        dark = dark_current[channel].scaled(seconds, DN) if known else None
-        fit = _flare(exposure, levels, channel, dark=dark)
+        dark = dark_current[channel].scaled(seconds, DN) if known else Measured.exact(0.0, DN)
+        fit = _flare(scene, levels.of(channel), lines, cfa=shots.cfa, dark=dark)
         if fit is None:
             return ()
-        found.append(ChannelFlare(channel=channel, flare=fit.flare, at_offset=fit.flare_at_offset, without_dark=known))
+        fits.append(fit)
+    found = [
+        ChannelFlare(
+            channel=channel,
+            flare=fit.flare,
+            at_offset=fit.flare_at_offset,
+            without_dark=known,
+            stray_dn=fit.flare.value * fit.response.value,
+        )
+        for channel, fit in zip(shots.channels, fits, strict=True)
+    ]
     if len(found) > 1:
-        together = [pool_channels(part)[0] for part in ([o.flare for o in found], [o.at_offset for o in found])]
-        found.append(ChannelFlare(channel=ALL, flare=together[0], at_offset=together[1], without_dark=known))
+        alike = any(fit.density_scatter > 0.0 for fit in fits)
+        flare, at_offset = (
+            _together(part, alike=alike) for part in ([one.flare for one in found], [one.at_offset for one in found])
+        )
+        found.append(ChannelFlare(channel=ALL, flare=flare, at_offset=at_offset, without_dark=known))
     return tuple(found)
 
 
-def _flare(exposure: Exposure, levels: ChartLevels, channel: str, *, dark: Measured | None) -> FlareFit | None:
-    black = levels.of(channel)
-    points = [point for point in exposure.of(channel) if point.admitted and point.density is not None]
+def _together(flares: Sequence[Measured], *, alike: bool) -> Measured:
+    """Return the flare of all channels; where patches differ from their densities they all err alike."""
+    if not alike:
+        return pool_channels(flares)[0]
+    mean = mean_sharing_errors(flares)
+    known = [one.dof for one in flares if one.dof is not None]
+    return Measured.student(mean.value, mean.std_error or 0.0, min(known, default=None), mean.unit)
+
+
+def _flare(scene: Scene, black: BlackLevel, lines: LineNoise, *, cfa: str, dark: Measured) -> FlareFit | None:
+    places = {patch.name: (patch.x + patch.width / 2, patch.y + patch.height / 2) for patch in scene.patches}
+    points = [point for point in scene.brightest.of(black.channel) if point.density is not None]
+    if not points:
+        return None
+    by_line = lines.of_means([points], scene.patches, cfa=cfa)[0, :, 0]
     try:
         return fit_flare(
-            [point.mean_dn - black.level.value for point in points],
-            [(point.variance_dn2 / (point.n * point.frames)) ** 0.5 for point in points],
+            [point.mean_dn - black.level.value if point.admitted else math.nan for point in points],
+            np.sqrt([point.variance_dn2 / (point.n * point.frames) for point in points] + np.diagonal(by_line)),
             [math.nan if point.density is None else point.density for point in points],
             offset_std_error_dn=black.error_dn,
             identified=black.identified,
-            dark_signal_dn=0.0 if dark is None else dark.value,
-            dark_signal_std_error_dn=0.0 if dark is None else dark.std_error or 0.0,
+            dark_signal_dn=dark.value,
+            dark_signal_std_error_dn=dark.std_error or 0.0,
+            places=[places[point.patch] for point in points],
+            covariance_dn2=by_line - np.diag(np.diagonal(by_line)),
         )
     except ValueError:
         return None
@@ -225,9 +257,8 @@ def _stray_share(shots: Shots, levels: ChartLevels, flares: Sequence[ChannelFlar
     if not points:
         return None
     signals = np.array([point.mean_dn for point in points]) - levels.of(channel).level.value
-    stray = flares[0].flare.value * float(signals.max())
     darkest = float(signals.min())
-    return min(stray / darkest, 1.0) if darkest > 0.0 else 1.0
+    return min(flares[0].stray_dn / darkest, 1.0) if darkest > 0.0 else 1.0
 
 
 def tonal_points(shots: Shots, levels: ChartLevels, channel: str) -> tuple[tuple[str, float, float, float, float], ...]:

@@ -12,7 +12,8 @@ from fullwell.workflow.measure.chart.curves import chart_curves
 from fullwell.workflow.measure.chart.evidence import gather_evidence
 from fullwell.workflow.measure.chart.framings import measure_framings
 from fullwell.workflow.measure.chart.levels import ChartLevels, decide_levels, digital_maximum, measure_whites
-from fullwell.workflow.measure.chart.noise_model import ChartModel, fit_all, fit_channel, line_noise, tabulate
+from fullwell.workflow.measure.chart.line_noise import line_noise
+from fullwell.workflow.measure.chart.noise_model import ChartModel, fit_all, fit_channel, tabulate
 from fullwell.workflow.measure.chart.noise_rows import noise_rows
 from fullwell.workflow.measure.chart.published import published_coefficients, published_level_finding
 from fullwell.workflow.measure.chart.ranges import measure_ranges
@@ -78,7 +79,14 @@ def measure_shots(
     table = tabulate(shots, [guess] * len(shots.channels), lines=lines)
     first = [fit_channel(table, shots, channel) for channel in shots.channels]
     evidence, unlike = gather_evidence(
-        study, shots, first, guess_dn=guess, range_dn=maximum - guess, ratio=black.ratio, others=black.others
+        study,
+        shots,
+        first,
+        lines=lines,
+        guess_dn=guess,
+        range_dn=maximum - guess,
+        ratio=black.ratio,
+        others=black.others,
     )
     levels_section, levels = decide_levels(study, shots, whites, evidence, first, guess_dn=guess, legacy=black.legacy)
     own = tabulate(shots, levels.own_offsets_dn, lines=lines)
@@ -95,7 +103,7 @@ def measure_shots(
         levels_section,
         noise_rows(shots, levels, models, shared),
         ranges_section,
-        measure_camera(shots, levels, models, ranges, dark_current=dark_current or {}),
+        measure_camera(shots, levels, models, ranges, lines=lines, dark_current=dark_current or {}),
         measure_channel_ratios(shots, levels),
         published_coefficients(shots, levels, models),
         measure_framings(shots, levels),

@@ -16,6 +16,7 @@ from fullwell.raw.cfa import ALL
 from fullwell.units import DN, Measured
 from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.measure.chart.bracket import Bracket, solve_brackets
+from fullwell.workflow.measure.chart.line_noise import LineNoise
 from fullwell.workflow.measure.chart.noise_model import ChartModel
 from fullwell.workflow.measure.chart.shots import Shots
 from fullwell.workflow.measure.levels import declared_black
@@ -64,6 +65,7 @@ def gather_evidence(
     shots: Shots,
     models: Sequence[ChartModel | None],
     *,
+    lines: LineNoise,
     guess_dn: float,
     range_dn: float,
     ratio: float | None,
@@ -79,6 +81,8 @@ def gather_evidence(
         The scenes.
     models
         Noise model of each channel for signals above ``guess_dn``; None where there is none.
+    lines
+        Noise of rows and columns, which patches share.
     guess_dn, range_dn
         A first black level; white level less it [DN].
     ratio
@@ -91,7 +95,7 @@ def gather_evidence(
     found: list[BlackEvidence] = []
     unlike: list[tuple[MaskedArea, float]] = []
     for index, channel in enumerate(shots.channels):
-        brackets = solve_brackets(shots, models, [channel], guess_dn=guess_dn, range_dn=range_dn)
+        brackets = solve_brackets(shots, models, [channel], lines=lines, guess_dn=guess_dn, range_dn=range_dn)
         evidence = _from_brackets(brackets)
         evidence += [others[channel]] if channel in others else []
         aside: Evidence | None = None
@@ -107,7 +111,7 @@ def gather_evidence(
         evidence += _declared(study, index)
         found.append(_gathered(shots, channel, evidence, brackets=brackets, ratio=ratio, aside=aside))
     if len(found) > 1:
-        brackets = solve_brackets(shots, models, shots.channels, guess_dn=guess_dn, range_dn=range_dn)
+        brackets = solve_brackets(shots, models, shots.channels, lines=lines, guess_dn=guess_dn, range_dn=range_dn)
         evidence = _from_brackets(brackets) + _shared(found)
         evidence += [others[ALL]] if ALL in others else []
         found.append(_gathered(shots, ALL, evidence, brackets=brackets, ratio=ratio))

@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 
 from fullwell.fit.chart_noise import ChartFit, Observations, SharedModel, fit_chart_noise, fit_shared_noise
 from fullwell.statistics.chart import PatchPoint
+from fullwell.workflow.measure.chart.line_noise import LineNoise
 from fullwell.workflow.measure.chart.shots import Shots
-
-SIGNIFICANT = 3.0
-"""Standard errors at which rows or columns are said to have noise in common."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,25 +30,6 @@ class Table:
     points: tuple[PatchPoint, ...]
     observations: Observations
     owners: NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LineNoise:
-    """What rows and columns have in common in a single frame, pooled over patches, signed [DN^2]."""
-
-    row_dn2: float
-    column_dn2: float
-    row_significant: bool
-    column_significant: bool
-
-    def inflation(self, point: PatchPoint) -> float:
-        """Return how much wider a variance scatters for it (METHOD 1.8)."""
-        wider = 1.0
-        if self.row_significant:
-            wider += (point.columns - 1) * (self.row_dn2 / point.variance_dn2) ** 2
-        if self.column_significant:
-            wider += (point.rows - 1) * (self.column_dn2 / point.variance_dn2) ** 2
-        return wider
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,29 +56,6 @@ class ChartModel:
     n: int
 
 
-def line_noise(points: Sequence[PatchPoint]) -> LineNoise:
-    """Return row and column noise from all patches, weighted by what each can tell."""
-    usable = [point for point in points if point.admitted and min(point.rows, point.columns) > 8]
-    if not usable:
-        return LineNoise(row_dn2=0.0, column_dn2=0.0, row_significant=False, column_significant=False)
-    variance = np.array([point.variance_dn2 for point in usable])
-    rows, columns = (np.array([getattr(point, name) for point in usable], np.float64) for name in ("rows", "columns"))
-    row, row_error = _weighted([point.row_variance_dn2 for point in usable], variance / columns, rows)
-    column, column_error = _weighted([point.column_variance_dn2 for point in usable], variance / rows, columns)
-    return LineNoise(
-        row_dn2=row,
-        column_dn2=column,
-        row_significant=row > SIGNIFICANT * row_error,
-        column_significant=column > SIGNIFICANT * column_error,
-    )
-
-
-def _weighted(values: Sequence[float], left: NDArray[np.float64], lines: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the mean of signed line variances; each errs by what pixels leave in the mean of a line."""
-    weight = (lines - 3.0) / (2.0 * left**2)
-    return float(weight @ np.asarray(values) / weight.sum()), float(weight.sum() ** -0.5)
-
-
 def tabulate(shots: Shots, offsets_dn: Sequence[float], *, lines: LineNoise) -> Table:
     """Return the admitted points of all channels as observations, signals counted from ``offsets_dn`` per channel."""
     points: list[PatchPoint] = []
@@ -119,12 +75,12 @@ def tabulate(shots: Shots, offsets_dn: Sequence[float], *, lines: LineNoise) -> 
         share = 1.0 / (point.n * point.frames)
         if point.frames > 1:
             dof = point.temporal_dof / wider
-            rows.append((signal, point.temporal_variance_dn2, dof, share, point.frames, True, channel, patch))
+            temporal = point.temporal_variance_dn2 + lines.lost(point, between=True)
+            rows.append((signal, temporal, dof, share, point.frames, True, channel, patch))
             owners.append(owner)
         weight = share / point.frames**2
-        rows.append(
-            (signal, point.spatial_variance_dn2, point.spatial_dof / wider, weight, point.frames, False, channel, patch)
-        )
+        spatial, dof = point.spatial_variance_dn2 + lines.lost(point), point.spatial_dof / wider
+        rows.append((signal, spatial, dof, weight, point.frames, False, channel, patch))
         owners.append(owner)
     return Table(points=tuple(points), observations=_observations(rows), owners=np.array(owners, np.int64))
 

@@ -9,7 +9,10 @@ import pytest
 import tifffile
 
 from fullwell.errors import UsageError
+from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.results import Row
+from fullwell.figures.saturation import temporal_variance_peak
+from fullwell.figures.snr import snr_maximum
 from fullwell.frames.chart.locate import Located
 from fullwell.frames.images import load_images
 from fullwell.frames.selection import Selection
@@ -21,7 +24,8 @@ from fullwell.workflow.chart import patches
 from fullwell.workflow.chart.chart import ChartOptions, chart, measure_chart_folders, measure_images
 from fullwell.workflow.chart.patches import WhereAbouts
 from fullwell.workflow.masked import masked_area, masked_sums
-from fullwell.workflow.measure.chart.shots import code_step
+from fullwell.workflow.measure.chart.shots import code_step, holder
+from fullwell.workflow.measure.dynamic_range import NoiseModel, ratio_rows
 from fullwell.workflow.options import Options
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "acceptance"))
@@ -242,6 +246,23 @@ def test_channels_err_alike_where_patches_differ_from_their_densities(camera, tm
     own = [rows_of(outcome.section.rows, "flare", channel, "density-fit")[0] for channel in ("R", "G1", "G2", "B")]
     (flare,) = rows_of(outcome.section.rows, "flare", "all", "density-fit")
     assert flare.measured.std_error >= min(one.measured.std_error for one in own)
+
+
+@pytest.mark.parametrize("truth_dn", [11950.0, 14000.0, 15900.0])
+def test_ranges_reach_over_the_bracket_that_saturation_was_read_off(truth_dn):
+    """Patches at 11.9, 12 and 16 kDN, as of two channels: full somewhere between; intervals ended at 14.6 kDN."""
+    peak = temporal_variance_peak([11.9e3, 12e3, 16e3], [5.9e3, 6e3, 10.0], [0.0, 0.0, 1.0], std_error_dn=5.0)
+    coefficients, covariance = np.array([1.1, 0.5, 1.6e-5]), np.diag([0.02, 0.002, 2e-7]) ** 2
+    model = NoiseModel(coefficients=coefficients, covariance=covariance, dof=None)
+    rows = ratio_rows(holder(iso=100.0, temperature_c=None, channels=("mono",)), "mono", model, peak, thresholds=[1.0])
+    exact = Measured.exact(truth_dn, DN)
+    maxima, reach = snr_maximum(coefficients, covariance, exact), dynamic_range(coefficients, covariance, exact).range
+    truths = {"noise-model": maxima.total, "shot-only": maxima.shot_only}
+    for row in rows:
+        found = reach if row.quantity == "dynamic_range" else truths[row.method]
+        truth = {"dB": found.decibel, "EV": found.stops, "1": found.plain}[row.measured.unit].value
+        assert row.measured.ci95[0] < truth < row.measured.ci95[1], row
+    assert len(rows) == 7
 
 
 def test_without_saturation_every_range_is_a_bound_without_an_interval(tmp_path):

@@ -1,8 +1,8 @@
 """A ratio in its three dresses: plain, in decibel, in stops. Errors and intervals are those of its logarithm."""
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, Self
 
 from fullwell.units import DECIBEL, ONE, STOP, Measured, student_975
 
@@ -28,6 +28,21 @@ class Ratio:
     plain: Measured
     decibel: Measured
     stops: Measured
+
+    def between(self, low: Self, high: Self) -> Self:
+        """Return the same ratio with an interval from the lower end of one to the upper end of another."""
+
+        def reaching(own: Measured, least: Measured, most: Measured) -> Measured:
+            if least.ci95 is None or most.ci95 is None:
+                return own
+            return replace(own, ci95=(least.ci95[0], most.ci95[1]))
+
+        return replace(
+            self,
+            plain=reaching(self.plain, low.plain, high.plain),
+            decibel=reaching(self.decibel, low.decibel, high.decibel),
+            stops=reaching(self.stops, low.stops, high.stops),
+        )
 
 
 def ratio(value: float, relative_error: float, dof: float | None) -> Ratio:

@@ -5,12 +5,14 @@ its error.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fullwell.figures.ratios import Ratio
 from fullwell.units import DN, Measured
 
 ADC_LIMITED: Final = 0.5
@@ -45,6 +47,21 @@ class SaturationLevel:
     def bound_flags(self) -> tuple[str, ...]:
         """Those that hold for what follows from it too: a lower bound, read off a grid."""
         return tuple(flag for flag in self.flags if flag in {LOWER_BOUND, GRID_LIMITED})
+
+    def through(self, figure: Callable[[Measured], Ratio]) -> Ratio:
+        """Return a ratio that rises with the level: off a grid, its interval reaches from end to end of the bracket.
+
+        Parameters
+        ----------
+        figure
+            The ratio at a level; of a level without an error, with an interval of what else is uncertain.
+
+        """
+        found, ends = figure(self.signal), self.signal.ci95
+        if GRID_LIMITED not in self.flags or ends is None or ends[0] <= 0.0:
+            return found
+        low, high = (figure(Measured.exact(end, self.signal.unit)) for end in ends)
+        return found.between(low, high)
 
     def bounded(self, *figures: Measured) -> tuple[Measured, ...]:
         """Return figures that follow from it, without an interval where saturation was not reached: lower bounds."""

@@ -12,7 +12,7 @@ from fullwell.figures.dynamic_range import dynamic_range
 from fullwell.figures.ratios import Ratio
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.figures.saturation import LOWER_BOUND, SaturationLevel, plateau, temporal_variance_peak
-from fullwell.figures.snr import snr_curve, snr_maximum
+from fullwell.figures.snr import SnrMaximum, snr_curve, snr_maximum
 from fullwell.findings import Finding, Severity
 from fullwell.glossary import SNR_THRESHOLDS
 from fullwell.units import DN, ELECTRON, ONE, Measured
@@ -137,17 +137,12 @@ def ratio_rows(
     flags = peak.bound_flags
     write = RowWriter(bursts=bursts).row
     rows: list[Row] = []
-    try:
-        maximum = snr_maximum(model.coefficients, model.covariance, peak.signal, dof=model.dof)
-    except ValueError:
-        maximum = None
-    if maximum is not None:
-        for method, found in (("noise-model", maximum.total), ("shot-only", maximum.shot_only)):
-            recommended = method == "noise-model"
-            rows += [
-                write("snr_max", channel, method, measured, source="METHOD 7", flags=flags, recommended=recommended)
-                for measured in peak.bounded(found.decibel, found.plain)
-            ]
+    for method, found in _maxima(model, peak):
+        recommended = method == "noise-model"
+        rows += [
+            write("snr_max", channel, method, measured, source="METHOD 7", flags=flags, recommended=recommended)
+            for measured in peak.bounded(found.decibel, found.plain)
+        ]
     for threshold in thresholds:
         found = _range(model, peak, threshold)
         if found is not None:
@@ -167,9 +162,26 @@ def ratio_rows(
     return tuple(rows)
 
 
-def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio | None:
+def _maxima(model: NoiseModel, peak: SaturationLevel) -> tuple[tuple[str, Ratio], ...]:
+    """Return the SNR at saturation by its two methods; none where the noise model is not positive there."""
+
+    def maximum(signal: Measured) -> SnrMaximum:
+        return snr_maximum(model.coefficients, model.covariance, signal, dof=model.dof)
+
     try:
-        return dynamic_range(model.coefficients, model.covariance, peak.signal, snr=threshold, dof=model.dof).range
+        total = peak.through(lambda signal: maximum(signal).total)
+        shot_only = peak.through(lambda signal: maximum(signal).shot_only)
+    except ValueError:
+        return ()
+    return ("noise-model", total), ("shot-only", shot_only)
+
+
+def _range(model: NoiseModel, peak: SaturationLevel, threshold: float) -> Ratio | None:
+    def reach(signal: Measured) -> Ratio:
+        return dynamic_range(model.coefficients, model.covariance, signal, snr=threshold, dof=model.dof).range
+
+    try:
+        return peak.through(reach)
     except ValueError:
         return None
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from fullwell.figures.camera_dynamic_range import (
     patch_nearest,
     patch_variance,
 )
+from fullwell.figures.ratios import Ratio
 from fullwell.figures.results import Row
 from fullwell.figures.tonal_response import tonal_response
 from fullwell.findings import Finding, Severity
@@ -156,17 +158,15 @@ def _flare(scene: Scene, black: BlackLevel, lines: LineNoise, *, cfa: str, dark:
 
 
 def _camera_rows(shots: Shots, model: ChartModel, found: ChannelRange, flare: ChannelFlare) -> tuple[Row, ...]:
+    def at(signal: Measured, threshold: float) -> Ratio:
+        return camera_dynamic_range(
+            model.coefficients, model.covariance, signal, flare.at_offset, snr=threshold, dof=model.fit.dof
+        ).range
+
     rows: list[Row] = []
     for threshold in THRESHOLDS:
         try:
-            reach = camera_dynamic_range(
-                model.coefficients,
-                model.covariance,
-                found.peak.signal,
-                flare.at_offset,
-                snr=threshold,
-                dof=model.fit.dof,
-            ).range
+            reach = found.peak.through(partial(at, threshold=threshold))
         except ValueError:
             continue
         rows += [
@@ -199,12 +199,16 @@ def _black_patch_rows(
     if known_densities(shots) and max(d for d in densities if d == d) >= DOCUMENTED_DENSITY:  # noqa: PLR0124 - NaN
         nearest = points[patch_nearest(densities, DOCUMENTED_DENSITY)]
         chosen.append((nearest, f"patch:{nearest.patch}"))
-    stray = 0.0 if flare is None else max(flare.at_offset.value, 0.0) * found.peak.signal.value
+    stray = 0.0 if flare is None else max(flare.at_offset.value, 0.0)
+
+    def at(signal: Measured, variance: Measured) -> Ratio:
+        return iso15739_like(signal, variance, flare_dn=stray * signal.value)
+
     rows: list[Row] = []
     for point, region in chosen:
         dof = point.temporal_dof if shots.has_bursts and point.frames > 1 else point.dof
         try:
-            reach = iso15739_like(found.peak.signal, patch_variance(noise_of(shots, point), dof), flare_dn=stray)
+            reach = found.peak.through(partial(at, variance=patch_variance(noise_of(shots, point), dof)))
         except ValueError:
             continue
         flags = {*found.peak.bound_flags, *(() if shots.has_bursts else ("mixed",))}

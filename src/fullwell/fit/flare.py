@@ -112,13 +112,7 @@ def fit_flare(
     known = np.isfinite(signal) & np.isfinite(density) & np.isfinite(noise) & (noise > 0.0)
     if np.unique(density[known]).size < _FEWEST:
         raise ValueError("flare needs three patches of different density or more")
-    points = _Points(
-        signal=signal[known],
-        variance=noise[known] ** 2,
-        transmission=10.0 ** -(density[known] - float(np.nanmin(density))),
-        surface=np.ones((int(known.sum()), 1)),
-        lightest=np.ones(1),
-    )
+    points = _evenly_lit(signal[known], noise[known], density[known] - float(np.nanmin(density)))
     alone = _line(points, 0.0)
     if alone.excess > 0.0 and places is not None:
         points = _unevenly_lit(points, np.asarray(places, np.float64), known, int(np.nanargmin(density)))
@@ -171,6 +165,17 @@ class _Points:
     transmission: NDArray[np.float64]
     surface: NDArray[np.float64]
     lightest: NDArray[np.float64]
+
+
+def _evenly_lit(signal: NDArray[np.float64], noise: NDArray[np.float64], density: NDArray[np.float64]) -> _Points:
+    """Return the points of a chart in even light; densities count from the lightest patch."""
+    return _Points(
+        signal=signal,
+        variance=noise**2,
+        transmission=10.0**-density,
+        surface=np.ones((signal.size, 1)),
+        lightest=np.ones(1),
+    )
 
 
 def _unevenly_lit(points: _Points, places: NDArray[np.float64], known: NDArray[np.bool_], lightest: int) -> _Points:

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Generator, Sequence
 from threading import Condition, Event
+from typing import Final
 
 from fullwell.frames.series import Series
 from fullwell.statistics.accumulation import Accumulation
@@ -10,6 +11,9 @@ from fullwell.statistics.moments import Layout
 from fullwell.workflow.executor import POLL_S, Progress
 from fullwell.workflow.parts import UNLIT, Group, Record, first_frames, groups_of, in_order
 from fullwell.workflow.stream import LostFrameError
+
+_FEWEST_GROUPS: Final = 3
+"""Taken at once, if there are so many: for fewer, going through the sums of every pixel takes longer than adding."""
 
 
 class OpenSeries:
@@ -114,7 +118,7 @@ class Schedule:
     def next_groups(self, opened: OpenSeries, *, workers: int) -> Generator[Group]:
         """Yield some of the frames that are anybody's: not so many that other threads wait for the last of them."""
         with self._changed:
-            most = -(-len(opened.rest) // workers)
+            most = max(-(-len(opened.rest) // workers), _FEWEST_GROUPS)
         for _ in range(most):
             with self._changed:
                 if not opened.rest:

@@ -30,8 +30,13 @@ _BAND: Final = 128
 """Rows filtered at a time, so that they stay in the cache."""
 
 
-def filtered(plane: NDArray[np.float64]) -> NDArray[np.float64]:
+def filtered(plane: NDArray[np.generic], *, frames: int = 1) -> NDArray[np.float64]:
     """Return a plane without its slow variation, shape (M - 18, N - 18) [DN].
+
+    Parameters
+    ----------
+    plane
+        Sums over ``frames`` frames, which the outcome is divided by, or any other numbers; shape (M, N) [DN].
 
     Raises
     ------
@@ -43,7 +48,10 @@ def filtered(plane: NDArray[np.float64]) -> NDArray[np.float64]:
     if min(rows, columns) < SMALLEST_PLANE:
         raise ValueError(f"a plane of {columns} x {rows} pixels is too small for the high-pass filter")
     out = np.empty((rows - 2 * REACH, columns - 2 * REACH))
-    high_pass(np.ascontiguousarray(plane), out)
+    for top in range(0, rows - 2 * REACH, _BAND):
+        band = out[top : top + _BAND]
+        high_pass(np.ascontiguousarray(plane[top : top + len(band) + 2 * REACH], np.float64), band)
+        band /= frames
     return out
 
 

@@ -62,8 +62,8 @@ def stack_histogram(values: Floats, *, frames: int, about: float | None = None) 
     for start in range(0, flat.size, _AT_ONCE):
         part = flat[start : start + _AT_ONCE]
         above = part - first if about is None else np.abs(part - about)
-        places = np.floor(above * (frames / step)).astype(np.int64)
-        counts += np.bincount(np.clip(places, 0, bins - 1), minlength=bins)
+        places = (above * (frames / step)).astype(np.int64)
+        counts += np.bincount(np.minimum(places, bins - 1, out=places), minlength=bins)
     centres = first + (step - 1) / (2.0 * frames) + np.arange(bins, dtype=np.float64) * (step / frames)
     return StackHistogram(centres=centres, counts=counts, width=step / frames)
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from fullwell.figures.emva1288.sweep import Floats
 
-_BLOCK: Final = 256
-"""Rows transformed at a time."""
+_BLOCK: Final = 32
+"""Rows transformed at a time, so that they stay in the cache."""
 
 
 def power_spectrum(plane: Floats) -> Floats:
@@ -32,13 +32,12 @@ def power_spectrum(plane: Floats) -> Floats:
     """
     rows, columns = plane.shape
     mean = plane.mean()
-    power = np.zeros(columns // 2 + 1)
+    squares = np.zeros(2 * (columns // 2 + 1))
     for top in range(0, rows, _BLOCK):
-        spectrum = np.fft.rfft(np.subtract(plane[top : top + _BLOCK], mean, order="C"), axis=1)
-        power += np.einsum("ij,ij->j", spectrum.real, spectrum.real) + np.einsum(
-            "ij,ij->j", spectrum.imag, spectrum.imag
-        )
-    return power / (rows * columns)
+        block = np.ascontiguousarray(plane[top : top + _BLOCK] - mean)
+        parts = np.fft.rfft(block, axis=1).view(np.float64)
+        squares += np.einsum("ij,ij->j", parts, parts)
+    return squares.reshape(-1, 2).sum(axis=1) / (rows * columns)
 
 
 def frequencies(columns: int) -> Floats:

@@ -126,7 +126,7 @@ def _linear(study: Study, bursts: IsoBursts, channel: str, fits: LinearFits, sta
         rows=(*rows, *spatial),
         findings=(*findings, *_half(bursts, channel, fits, stacks)),
         curves=(
-            *sweep_curves(bursts, channel, fits, pattern=pattern_of(found)),
+            *sweep_curves(bursts, channel, fits, pattern=pattern_of(found, stacks.signal(channel))),
             *spatial_curves(bursts, channel, stacks, found),
         ),
     )
@@ -225,8 +225,7 @@ def _gate(bursts: IsoBursts, channel: str, fits: LinearFits) -> tuple[Finding, .
 def _half(bursts: IsoBursts, channel: str, fits: LinearFits, stacks: Stacks) -> tuple[Finding, ...]:
     if stacks.bright is None:
         return ()
-    signal = stacks.bright.plane(channel).mean - stacks.dark.plane(channel).mean
-    share = signal / fits.saturation.signal
+    share = stacks.signal(channel) / fits.saturation.signal
     if 0.4 <= share <= 0.6:
         return ()
     message = (

@@ -23,26 +23,28 @@ def spatial_curves(bursts: IsoBursts, channel: str, stacks: Stacks, found: Avera
     dark = split_literal(found.dark_moments)
     writer = _StackCurves(bursts, channel, "dsnu", unit=DN)
     curves = writer.curves(
-        plane=found.dark,
-        filtered=found.dark_filtered,
+        along=profiles(stacks.dark.plane_sums(channel), stacks.dark.frames),
+        filtered=found.dark,
         frames=stacks.dark.frames,
         lines=(dark.total, dark_plane.temporal_variance),
         scale=1.0,
     )
-    if stacks.bright is None or found.bright_moments is None:
-        return curves
-    if found.response is None or found.response_filtered is None:
+    if stacks.bright is None or found.bright_moments is None or found.response is None:
         return curves
     bright_plane, bright = stacks.bright.plane(channel), split_literal(found.bright_moments)
     writer = _StackCurves(bursts, channel, "prnu", unit=PERCENT)
     return (
         *curves,
         *writer.curves(
-            plane=found.response,
-            filtered=found.response_filtered,
+            along=profiles(
+                stacks.bright.plane_sums(channel),
+                stacks.bright.frames,
+                less=(stacks.dark.plane_sums(channel), stacks.dark.frames),
+            ),
+            filtered=found.response,
             frames=stacks.bright.frames,
             lines=(bright.total - dark.total, bright_plane.temporal_variance),
-            scale=100.0 / (bright_plane.mean - dark_plane.mean),
+            scale=100.0 / stacks.signal(channel),
         ),
     )
 
@@ -54,14 +56,22 @@ class _StackCurves:
         self._bursts, self._channel, self._pattern, self._unit = bursts, channel, pattern, unit
 
     def curves(
-        self, *, plane: Floats, filtered: Floats, frames: int, lines: tuple[float, float], scale: float
+        self,
+        *,
+        along: tuple[Profile, Profile],
+        filtered: Floats,
+        frames: int,
+        lines: tuple[float, float],
+        scale: float,
     ) -> tuple[Curve, ...]:
         """Return spectrograms, profiles and histograms.
 
         Parameters
         ----------
-        plane, filtered
-            The averaged image as it is, and high-passed [DN].
+        along
+            Profiles of the averaged image as it is.
+        filtered
+            The same high-passed [DN].
         frames
             Frames of the stack.
         lines
@@ -72,7 +82,7 @@ class _StackCurves:
         """
         return (
             self._spectrograms(filtered, lines, scale),
-            self._profiles(plane),
+            self._profiles(along),
             self._histogram(filtered, frames),
             self._accumulated(filtered, frames),
         )
@@ -91,8 +101,7 @@ class _StackCurves:
         )
         return self._table("spectrogram", steps, columns)
 
-    def _profiles(self, plane: Floats) -> Curve:
-        both = profiles(plane)
+    def _profiles(self, both: tuple[Profile, Profile]) -> Curve:
         sizes = [one.mean.size for one in both]
 
         def column(name: str) -> tuple[str, str, Values]:
@@ -110,10 +119,11 @@ class _StackCurves:
 
     def _histogram(self, filtered: Floats, frames: int) -> Curve:
         found, mean = stack_histogram(filtered, frames=frames), float(filtered.mean())
+        variance = float(np.einsum("ij,ij->", filtered, filtered)) / filtered.size - mean**2
         columns: Columns = (
             ("deviation", DN, found.centres - mean),
             ("pixels", ONE, found.counts),
-            ("model", ONE, normal_counts(found, mean=mean, variance=float(filtered.var()))),
+            ("model", ONE, normal_counts(found, mean=mean, variance=variance)),
         )
         return self._table("histogram", found.counts.size, columns)
 

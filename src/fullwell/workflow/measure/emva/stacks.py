@@ -19,17 +19,19 @@ class Stacks:
     dark: Burst
     bright: Burst | None
 
+    def signal(self, channel: str) -> float:
+        """Return the mean of the bright stack less that of the dark one, 0 where there is none [DN]."""
+        return 0.0 if self.bright is None else self.bright.plane(channel).mean - self.dark.plane(channel).mean
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Averages:
-    """Averaged stacks of one channel, as they are and high-passed [DN].
+    """High-passed averages of the stacks of one channel.
 
     Parameters
     ----------
     dark, response
-        Shape (M, N): dark average, and bright less dark; ``response`` is None without a bright stack.
-    dark_filtered, response_filtered
-        Shape (M - 18, N - 18).
+        Shape (M - 18, N - 18): dark average, and bright less dark; None without a bright stack [DN].
     dark_moments, bright_moments
         Of the high-passed averages.
 
@@ -37,8 +39,6 @@ class Averages:
 
     dark: Floats
     response: Floats | None
-    dark_filtered: Floats
-    response_filtered: Floats | None
     dark_moments: StackMoments
     bright_moments: StackMoments | None
 
@@ -65,7 +65,7 @@ def choose_stacks(bursts: IsoBursts, channel: str, *, half_saturation: float | N
 
     def rank(pair: tuple[Burst, Burst]) -> tuple[bool, int, float]:
         flat, dark = pair
-        signal = flat.plane(channel).mean - dark.plane(channel).mean
+        signal = Stacks(dark=dark, bright=flat).signal(channel)
         distance = 0.0 if half_saturation is None else abs(signal - half_saturation)
         return (flat.series.stack is True, min(flat.frames, dark.frames), -distance)
 
@@ -81,48 +81,31 @@ def _together(flat: Burst, dark: Burst) -> bool:
     return abs(flat.exposure_s - dark.exposure_s) <= EXPOSURE_TOLERANCE * flat.exposure_s
 
 
-def average(burst: Burst, channel: str) -> Floats:
-    """Return the average over the frames of a channel's pixels [DN]."""
-    return burst.plane_sums(channel) / float(burst.frames)
-
-
 def averages(stacks: Stacks, channel: str) -> Averages | None:
     """Return the averaged stacks, None where the plane is too small for the high-pass filter."""
-    dark = average(stacks.dark, channel)
-    if min(dark.shape) < SMALLEST_PLANE:
+    plane = stacks.dark.plane(channel)
+    if min(plane.rows, plane.columns) < SMALLEST_PLANE:
         return None
-    dark_filtered = filtered(dark)
-    dark_moments = _moments(dark_filtered, stacks.dark, channel)
+    dark = _filtered(stacks.dark, channel)
+    dark_moments = _moments(dark, stacks.dark, channel)
     if stacks.bright is None:
-        return Averages(
-            dark=dark,
-            response=None,
-            dark_filtered=dark_filtered,
-            response_filtered=None,
-            dark_moments=dark_moments,
-            bright_moments=None,
-        )
-    response = average(stacks.bright, channel)
-    bright_filtered = filtered(response)
-    response -= dark
-    bright_moments = _moments(bright_filtered, stacks.bright, channel)
-    bright_filtered -= dark_filtered
-    return Averages(
-        dark=dark,
-        response=response,
-        dark_filtered=dark_filtered,
-        response_filtered=bright_filtered,
-        dark_moments=dark_moments,
-        bright_moments=bright_moments,
-    )
+        return Averages(dark=dark, response=None, dark_moments=dark_moments, bright_moments=None)
+    bright = _filtered(stacks.bright, channel)
+    bright_moments = _moments(bright, stacks.bright, channel)
+    bright -= dark
+    return Averages(dark=dark, response=bright, dark_moments=dark_moments, bright_moments=bright_moments)
 
 
-def pattern_of(found: Averages) -> tuple[float, float]:
+def _filtered(burst: Burst, channel: str) -> Floats:
+    return filtered(burst.plane_sums(channel), frames=burst.frames)
+
+
+def pattern_of(found: Averages, signal: float) -> tuple[float, float]:
     """Return the variance of the dark pattern [DN^2] and the relative variance of the response, signed."""
     dark = split_literal(found.dark_moments).total
-    if found.bright_moments is None or found.response is None:
+    if found.bright_moments is None:
         return dark, 0.0
-    return dark, (split_literal(found.bright_moments).total - dark) / float(found.response.mean()) ** 2
+    return dark, (split_literal(found.bright_moments).total - dark) / signal**2
 
 
 def _moments(plane: Floats, burst: Burst, channel: str) -> StackMoments:

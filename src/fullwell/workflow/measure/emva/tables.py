@@ -45,6 +45,8 @@ def _plain(values: Values, steps: int) -> tuple[float | int | str | None, ...]:
         return (None,) * steps
     if isinstance(values, tuple):
         return values
-    if values.dtype.kind == "f":
+    if values.dtype.kind == "b":
+        values = values.astype(np.int64)
+    if values.dtype.kind == "f" and not np.isfinite(values).all():
         return tuple(value if math.isfinite(value) else None for value in values.tolist())
-    return tuple(int(value) for value in values.tolist())
+    return tuple(values.tolist())

@@ -22,6 +22,8 @@ DOCUMENT: Final = "results.json"
 EMVA_FOLDER: Final = "emva1288"
 """Folder of the result files of the reference package."""
 
+_ENCODER: Final = json.JSONEncoder(ensure_ascii=False, allow_nan=False)
+
 Plain: TypeAlias = "str | int | float | bool | list[Plain] | dict[str, Plain] | None"
 """What JSON can hold."""
 
@@ -148,18 +150,26 @@ def _curves(curves: Sequence[Curve]) -> str:
 
 def _columns(curve: Curve) -> str:
     lines = (
-        f"{json.dumps(column.name)}: {_compact({'unit': column.unit, 'values': plain(column.values)})}"
+        f'{json.dumps(column.name)}: {{"unit": {_compact(column.unit)}, "values": {_values(column.values)}}}'
         for column in curve.columns
     )
     return "{\n" + ",\n".join(lines) + "\n}"
+
+
+def _values(values: Sequence[object]) -> str:
+    """Return a column as it is, which is quick, unless it holds what JSON has no word for."""
+    try:
+        return _compact(values)
+    except (TypeError, ValueError):
+        return _compact(plain(values))
 
 
 def _lines(items: Sequence[Plain]) -> str:
     return "[\n" + ",\n".join(_compact(item) for item in items) + "\n]" if items else "[]"
 
 
-def _compact(item: Plain) -> str:
-    return json.dumps(item, ensure_ascii=False, allow_nan=False)
+def _compact(item: object) -> str:
+    return _ENCODER.encode(item)
 
 
 def _indented(item: Plain) -> str:

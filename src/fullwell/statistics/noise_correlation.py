@@ -71,8 +71,10 @@ def noise_correlation(first: NDArray[np.uint16], second: NDArray[np.uint16]) -> 
     (True, 16)
 
     """
-    a, b = first.astype(np.float64), second.astype(np.float64)
-    difference = a - a.mean() - (b - b.mean())
+    difference, other = first.astype(np.float64), second.astype(np.float64)
+    difference -= difference.mean()
+    other -= other.mean()
+    difference -= other
     difference -= difference.mean(axis=1, keepdims=True)
     difference -= difference.mean(axis=0, keepdims=True)
     rows, columns = difference.shape

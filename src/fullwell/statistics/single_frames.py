@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 _CHUNK: Final = 1 << 18
-"""Pixels worked on at once; sums of so many products of 16-bit codes are exact in float64."""
+"""Pixels worked on at once."""
+_MULTIPLIED: Final = 1 << 15
+"""Pixels multiplied at once: they stay in the cache, and sums of so many products are exact in float64."""
 
 
 def frame_products(mosaics: Sequence[NDArray[np.uint16]]) -> tuple[tuple[int, ...], ...]:
@@ -32,8 +34,8 @@ def frame_products(mosaics: Sequence[NDArray[np.uint16]]) -> tuple[tuple[int, ..
     """
     flat = [mosaic.reshape(-1) for mosaic in mosaics]
     totals = [[0] * len(flat) for _ in flat]
-    for start in range(0, flat[0].size, _CHUNK):
-        part = np.stack([frame[start : start + _CHUNK] for frame in flat]).astype(np.float64)
+    for start in range(0, flat[0].size, _MULTIPLIED):
+        part = np.stack([frame[start : start + _MULTIPLIED] for frame in flat]).astype(np.float64)
         for row, products in zip(totals, part @ part.T, strict=True):
             for index, product in enumerate(products):
                 row[index] += int(product)

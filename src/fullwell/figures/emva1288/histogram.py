@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fullwell.figures.emva1288.sweep import Floats
 
 MOST_BINS: Final = 256
-_AT_ONCE: Final = 1 << 16
+_AT_ONCE: Final = 1 << 15
 """Values counted at a time, so that they stay in the cache."""
 
 
@@ -62,7 +62,8 @@ def stack_histogram(values: Floats, *, frames: int, about: float | None = None) 
     for start in range(0, flat.size, _AT_ONCE):
         part = flat[start : start + _AT_ONCE]
         above = part - first if about is None else np.abs(part - about)
-        places = (above * (frames / step)).astype(np.int64)
+        above *= frames / step
+        places = above.astype(np.int64)
         counts += np.bincount(np.minimum(places, bins - 1, out=places), minlength=bins)
     centres = first + (step - 1) / (2.0 * frames) + np.arange(bins, dtype=np.float64) * (step / frames)
     return StackHistogram(centres=centres, counts=counts, width=step / frames)

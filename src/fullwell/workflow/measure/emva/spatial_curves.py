@@ -1,5 +1,7 @@
 """Curves of the stacks: spectrograms, profiles, histograms of the dark signal and of the response."""
 
+from itertools import chain, repeat
+
 import numpy as np
 
 from fullwell.figures.emva1288.histogram import StackHistogram, accumulated, normal_counts, stack_histogram
@@ -142,7 +144,7 @@ class _StackCurves:
 
 
 def _labels(*sizes: int) -> tuple[str, ...]:
-    return tuple(direction for direction, size in zip(_DIRECTIONS, sizes, strict=True) for _ in range(size))
+    return tuple(chain.from_iterable(map(repeat, _DIRECTIONS, sizes)))
 
 
 def _line(profile: Profile, name: str) -> Floats:

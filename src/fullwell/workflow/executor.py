@@ -15,6 +15,8 @@ _Found = TypeVar("_Found")
 
 _TURN_S: Final = 0.0005
 """How long a thread keeps the interpreter while others wait for it [s]."""
+_NEW_OBJECTS: Final = 100_000
+"""Between two looks at what can be let go."""
 POLL_S: Final = 0.1
 """How soon a waiting thread notices that it should stop [s]."""
 
@@ -77,11 +79,17 @@ def one_algebra_thread() -> Generator[None]:
 
 @contextmanager
 def old_objects_aside() -> Generator[None]:
-    """Let the collector pass over all objects that are there: compilers and libraries hold very many, for good."""
+    """Let the collector pass over all objects that are there, and look rarely at new ones.
+
+    Compilers and libraries hold very many, for good; what is made of frames is let go without it.
+    """
+    before = gc.get_threshold()
     gc.freeze()
+    gc.set_threshold(_NEW_OBJECTS)
     try:
         yield
     finally:
+        gc.set_threshold(*before)
         gc.unfreeze()
 
 

@@ -73,8 +73,7 @@ class Layout:
     @property
     def tiles(self) -> tuple[int, int]:
         """Return the rows and columns of tiles of the largest plane."""
-        step = self.cell * self.tile
-        return -(-self.height // step), -(-self.width // step)
+        return -(-self.height // self._step), -(-self.width // self._step)
 
     def plane(self, site: int) -> tuple[int, int]:
         """Return the rows and columns of a plane [pixel]."""
@@ -83,33 +82,48 @@ class Layout:
 
     def bands(self) -> tuple[Band, ...]:
         """Return the rows of tiles, top to bottom."""
-        step = self.cell * self.tile
-        return tuple(
-            Band(top, min(top + step, self.height), self.cell, self.tile) for top in range(0, self.height, step)
-        )
+        return self._cut(self._step)
 
     def strips(self) -> tuple[Band, ...]:
         """Return the rows of tiles cut into strips, top to bottom: many frames of a strip stay in the cache."""
-        least = LIST_ROWS * self.cell
-        rows = max(least, _STRIP_BYTES // (2 * self.width) // least * least)
+        rows = self.strip_rows
         return tuple(
-            Band(top, min(top + rows, band.bottom), self.cell, self.tile)
+            Band(top, min(top + rows, band.bottom), band.cell, band.tile)
             for band in self.bands()
             for top in range(band.top, band.bottom, rows)
         )
 
     def parts(self) -> tuple[Band, ...]:
         """Return rows of tiles, several together where they are short, top to bottom: few frames stay in the cache."""
-        step = self.cell * self.tile
-        rows = max(step, _STRIP_BYTES // (2 * self.width) // step * step)
-        return tuple(
-            Band(top, min(top + rows, self.height), self.cell, self.tile) for top in range(0, self.height, rows)
-        )
+        return self._cut(self.part_rows)
+
+    @property
+    def strip_rows(self) -> int:
+        """Return the rows of the largest strip."""
+        return min(self._rows_of(LIST_ROWS * self.cell), self._step, self.height)
+
+    @property
+    def part_rows(self) -> int:
+        """Return the rows of the largest part."""
+        return min(self._rows_of(self._step), self.height)
 
     @property
     def strip_bytes(self) -> int:
         """Return the bytes of a strip of a frame, at most [byte]."""
-        return 2 * self.width * max(strip.bottom - strip.top for strip in self.strips())
+        return 2 * self.width * self.strip_rows
+
+    @property
+    def _step(self) -> int:
+        """Return the rows of a row of tiles."""
+        return self.cell * self.tile
+
+    def _rows_of(self, least: int) -> int:
+        """Return as many times so many rows as stay in the cache, at least once."""
+        return max(least, _STRIP_BYTES // (2 * self.width) // least * least)
+
+    def _cut(self, rows: int) -> tuple[Band, ...]:
+        cell, tile, height = self.cell, self.tile, self.height
+        return tuple(Band(top, min(top + rows, height), cell, tile) for top in range(0, height, rows))
 
 
 def by_site(counts: NDArray[np.int64], *, cell: int) -> NDArray[np.int64]:

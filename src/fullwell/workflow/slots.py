@@ -136,7 +136,7 @@ class Slots:
         """Open a file to be read strip by strip; a file that has lost some of its pixels is better read as a whole."""
         layout = self._layout
         above = REACH * layout.cell if two else 0
-        rows = max(strip.bottom - strip.top for strip in (layout.parts() if two else layout.strips()))
+        rows = layout.part_rows if two else layout.strip_rows
         size = _in_lines(2 * layout.width * (above + rows))
         stream = Stream(frame, self._block[self._used : self._used + size], told, above=above)
         if not stream.complete:

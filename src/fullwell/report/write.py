@@ -3,15 +3,17 @@
 import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
 from fullwell.files import holds_document
 from fullwell.findings import listed
-from fullwell.report.datasheet.contents import Datasheet
 from fullwell.report.document import DOCUMENT, EMVA_FOLDER, SCHEMA, results_json
-from fullwell.report.pictures import Pictures
+
+if TYPE_CHECKING:
+    from fullwell.report.datasheet.contents import Datasheet
+    from fullwell.report.pictures import Pictures
 
 OWN: Final = frozenset(
     {
@@ -69,7 +71,7 @@ def check_target(out: Path) -> None:
         raise UsageError(message)
 
 
-def write_files(results: Results, folder: Path, *, pictures: Pictures | None = None) -> None:
+def write_files(results: Results, folder: Path, *, pictures: "Pictures | None" = None) -> None:
     """Write results.json, results.csv, results.parquet and report.html into a folder that is there already.
 
     Results by a profile of EMVA 1288 get report.pdf, the datasheet, printed while the page is drawn, and emva1288.xml,
@@ -91,7 +93,7 @@ def write_files(results: Results, folder: Path, *, pictures: Pictures | None = N
             done.result()
 
 
-def _write_datasheet(datasheet: Datasheet, results: Results, folder: Path) -> None:
+def _write_datasheet(datasheet: "Datasheet", results: Results, folder: Path) -> None:
     from fullwell.report.datasheet.pdf import datasheet_pdf  # noqa: PLC0415 - Typst loads for a datasheet alone
     from fullwell.report.emva_xml import reference_files  # noqa: PLC0415 - as above
 

@@ -201,6 +201,16 @@ def test_a_damaged_cache_is_rebuilt(study: Study, folder: Path, damage: Callable
     assert (cache.found, cache.damaged) == (len(study.series), 0)
 
 
+@pytest.mark.parametrize(
+    "changes", [{"hashes": [1]}, {"prints": None}, {"prints": [3]}, {"recipe": 1}, {"key": 3}, {"more": 1}]
+)
+def test_an_index_of_another_shape_is_as_good_as_none(study: Study, folder: Path, changes: dict[str, object]) -> None:
+    fresh = reduced(study, folder)
+    for path in folder.glob("*.json"):
+        path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+    assert_equal(reduced(study, folder), fresh)
+
+
 def test_entries_that_change_places_are_noticed(study: Study, folder: Path) -> None:
     fresh = reduced(study, folder)
     one, other, *_ = sorted(folder.glob("*.series"))

@@ -184,9 +184,10 @@ class SeriesCache:
         """Return what lies in the folder, by recipe; what cannot be understood counts as not there."""
         known: dict[str, list[_Entry]] = {}
         for path in sorted(self._folder.glob("*.json")):
-            with suppress(OSError, ValueError, TypeError):
+            with suppress(OSError, ValueError, TypeError, AttributeError):
                 entry = _Entry(**json.loads(path.read_bytes()))
-                if entry.key == path.stem == _key(entry.recipe, entry.hashes):
+                whole = isinstance(entry.hashes, dict) and isinstance(entry.prints, dict)
+                if whole and entry.key == path.stem == _key(entry.recipe, entry.hashes):
                     known.setdefault(entry.recipe, []).append(entry)
         return known
 

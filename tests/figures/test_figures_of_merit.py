@@ -116,6 +116,9 @@ def test_delta_method_covers():
 def test_what_cannot_be_told_is_refused():
     with pytest.raises(ValueError, match="never reaches"):
         dynamic_range(np.array([1.0, 0.5, 1.0]), NO_ERROR, Measured.exact(100.0, DN))
+    vague = np.diag([1e-3, 0.0, 0.0]) ** 2
+    with pytest.raises(ValueError, match="tells nothing"):  # it ended in an overflow
+        dynamic_range(np.array([1e-9, 1e-9, 1e-9]), vague, Measured.exact(100.0, DN))
     with pytest.raises(ValueError, match="positive at saturation"):
         snr_maximum(np.array([-100.0, 0.5, 0.0]), NO_ERROR, Measured.exact(100.0, DN))
 

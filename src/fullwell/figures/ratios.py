@@ -8,6 +8,8 @@ from fullwell.units import DECIBEL, ONE, STOP, Measured, student_975
 
 _DECIBEL: Final = 20.0 / math.log(10.0)
 _STOPS: Final = 1.0 / math.log(2.0)
+_FARTHEST: Final = math.log(1e20)
+"""Reach of an interval to either side, 400 dB, from where on it is no interval."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +50,11 @@ class Ratio:
 def ratio(value: float, relative_error: float, dof: float | None) -> Ratio:
     """Return a ratio above zero from the standard error of its natural logarithm.
 
+    Raises
+    ------
+    ValueError
+        Where that error is so large that nothing is told of the ratio.
+
     Examples
     --------
     >>> round(ratio(1000.0, 0.01, None).decibel.value, 9)
@@ -56,6 +63,8 @@ def ratio(value: float, relative_error: float, dof: float | None) -> Ratio:
     """
     logarithm = math.log(value)
     reach = student_975(dof) * relative_error
+    if reach > _FARTHEST:
+        raise ValueError(f"a ratio of {value:g} whose logarithm is known to {relative_error:.3g} tells nothing")
     plain = Measured(
         value=value,
         unit=ONE,

@@ -20,6 +20,7 @@ _SMALLEST_SIDE: Final = 8
 _LAGS: Final = 4
 """Pixels over which a chart's texture may be correlated; it widens the scatter of the covariance."""
 _ITERATIONS: Final = 4
+_VARIANCES: Final = ("first", "second")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +52,9 @@ class TwoFramings:
     n: int
 
 
-def two_framings(first_dn: Sequence[NDArray[np.float64]], second_dn: Sequence[NDArray[np.float64]]) -> TwoFramings:
+def two_framings(
+    first_dn: Sequence[NDArray[np.float64]], second_dn: Sequence[NDArray[np.float64]], *, framings: int = 2
+) -> TwoFramings:
     """Return the squared PRNU from pixels that two framings of a chart have in common (METHOD 1.9).
 
     Parameters
@@ -60,6 +63,8 @@ def two_framings(first_dn: Sequence[NDArray[np.float64]], second_dn: Sequence[ND
         Signal above black of one CFA plane, one array per region that lies inside a patch in both framings: the same
         pixels of the sensor in both, each of shape (rows, columns), at least 8 x 8. The patches may differ between the
         framings; the chart has to be shifted by 3 pixels or more [DN].
+    framings
+        From how many the pairs were made, each with each: pairs that share a framing, or only the sensor, err together.
 
     Returns
     -------
@@ -89,16 +94,30 @@ def two_framings(first_dn: Sequence[NDArray[np.float64]], second_dn: Sequence[ND
         weights = dof / (noise + float(np.average(covariance, weights=weights)) ** 2)
     pooled = float(np.average(covariance, weights=weights))
     leak = float(np.average([region.leak for region in regions], weights=weights))
-    error = math.hypot(1.0 / math.sqrt(float(weights.sum())), leak)
+    first, second = (float(np.average([getattr(one, name) for one in regions], weights=weights)) for name in _VARIANCES)
+    alike = _alike(math.sqrt(first * second), max(pooled, 0.0), framings)
+    error = math.hypot(math.sqrt(alike / float(weights.sum())), leak)
     beside = float(np.average([region.neighbours for region in regions], weights=weights))
     return TwoFramings(
         prnu_variance=boundary_variance(pooled, error, dof=None),
-        first_variance=float(np.average([region.first for region in regions], weights=weights)),
-        second_variance=float(np.average([region.second for region in regions], weights=weights)),
+        first_variance=first,
+        second_variance=second,
         neighbour_covariance=Measured.normal(beside, error, ONE),
         clean=abs(beside) <= 3.0 * error,
         n=sum(region.n for region in regions),
     )
+
+
+def _alike(variance: float, shared: float, framings: int) -> float:
+    """Return how much more the mean over all pairs scatters than that of independent ones, seen on the same pixels.
+
+    Of one pair the product of residuals has the variance v^2 + c^2, v that of a framing and c the covariance; with a
+    pair that has one framing in common the covariance v c + c^2, with one that has none 2 c^2.
+    """
+    own = variance**2 + shared**2
+    with_one = 2 * (framings - 2)
+    with_none = (framings - 2) * (framings - 3) / 2
+    return 1.0 + (with_one * (variance * shared + shared**2) + with_none * 2.0 * shared**2) / own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

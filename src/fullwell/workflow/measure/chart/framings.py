@@ -71,7 +71,11 @@ def _measure(shots: Shots, levels: ChartLevels, channel: str, pairs: list[tuple[
     if not regions:
         return None
     try:
-        return two_framings([one for one, _ in regions], [other for _, other in regions])
+        return two_framings(
+            [one for one, _ in regions],
+            [other for _, other in regions],
+            framings=len({id(s) for pair in pairs for s in pair}),
+        )
     except ValueError:
         return None
 

@@ -1,5 +1,6 @@
 """A folder is replaced whole or not at all; what stood there is deleted only when the new one stands in its place."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -129,3 +130,11 @@ def test_what_another_process_is_at_work_on_is_left_alone(tmp_path, out):
         (fresh / "newer").write_text("newer")
     assert contents(out) == {"newer": "newer"}
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize(("number", "name"), [(errno.ENOSPC, "out"), (errno.EIO, None)])
+def test_a_full_disk_is_told_with_what_was_written_to(out, number, name):
+    with pytest.raises(OSError, match=os.strerror(number)) as raised, replaced_folder(out):
+        raise OSError(number, os.strerror(number))
+    assert raised.value.filename == (name and str(out))
+    assert contents(out) == {"former": "years of work"}

@@ -17,6 +17,14 @@ def why(error: Exception) -> str:
     return error.strerror if isinstance(error, OSError) and error.strerror else str(error)
 
 
+def system_refusal(error: OSError) -> str | None:
+    """Return in a sentence what the system refused, and where; None where it was not the system that did."""
+    if error.filename is None and error.errno is None:
+        return None
+    where = "" if error.filename is None else f" {error.filename}"
+    return f"The system refused{where}: {error.strerror}."
+
+
 class FullwellError(Exception):
     """Base of every error Fullwell raises on purpose."""
 

@@ -1,5 +1,6 @@
 """Folders that appear whole or not at all, and that replace nothing but what we wrote ourselves."""
 
+import errno
 import glob
 import json
 import os
@@ -7,11 +8,15 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Generator
+from collections.abc import Container, Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final, cast
 
+_FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""What the system says where no more can be written."""
+_DESKTOP: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
+"""Files that desktops leave in any folder they show."""
 _YOUNG_S: Final = 60.0
 """A folder in the making that is younger may not be held yet [s]."""
 
@@ -43,6 +48,7 @@ def replaced_folder(out: Path) -> Generator[Path]:
             prefix=f".{target.name}-", suffix=".partial", dir=target.parent, ignore_cleanup_errors=True
         ) as workshop,
         _held(Path(workshop)),
+        fullness_named(out),
     ):
         fresh = Path(workshop) / "fresh"
         fresh.mkdir()
@@ -58,6 +64,17 @@ def replaced_folder(out: Path) -> Generator[Path]:
             raise
         if former.exists():
             former.rename(Path(workshop) / "former")
+
+
+@contextmanager
+def fullness_named(place: Path) -> Generator[None]:
+    """Let the error of a full disk name what was written to: the system names none where a file is open already."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _FULL and error.filename is None:
+            error.filename = str(place)
+        raise
 
 
 @contextmanager
@@ -92,6 +109,11 @@ def _remove_abandoned(folder: Path, target: Path) -> None:
             if former.exists():
                 former.rename(folder / "former" if target.exists() else target)
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def foreign_in(folder: Path, own: Container[str]) -> list[str]:
+    """Return the names of what a folder holds beside what is ours and what desktops leave there."""
+    return sorted(one.name for one in folder.iterdir() if one.name not in own and one.name not in _DESKTOP)
 
 
 def holds_document(folder: Path, name: str, *, schema: str) -> bool:

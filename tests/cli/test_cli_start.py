@@ -5,12 +5,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from fullwell import __version__
 from fullwell.cli.app import app
+from fullwell.cli.options import path_from, source_from
 from fullwell.cli.overview import COMMANDS, overview
 from fullwell.statistics.moments import LARGEST_TILE
 
@@ -78,6 +80,7 @@ def test_every_command_has_a_help_page(name: str) -> None:
         (["characterize", "x", "-o", " "], "-o': the path is empty"),
         (["index", ""], "FOLDER': the path is empty"),
         (["demo", "-o", ""], "-o': the path is empty"),
+        (["demo", "-o", "~no one/out"], "a folder of that name is ./~no one/out"),
         (["simulate", "x.toml"], "--out"),
     ],
 )
@@ -87,3 +90,11 @@ def test_bad_use_is_status_2_with_a_sentence(run: Run, arguments: list[str], wor
     assert words in done.stderr
     assert done.stdout == ""
     assert "Traceback" not in done.stderr
+
+
+def test_the_home_of_a_path_in_quotes_is_the_users(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    assert path_from("~/out") == tmp_path / "out"
+    assert source_from("~/study") == tmp_path / "study"
+    assert path_from("./~") == Path("~")

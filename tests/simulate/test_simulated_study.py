@@ -122,9 +122,15 @@ def test_only_a_simulation_of_ours_is_replaced(tmp_path: Path) -> None:
     )
     out = tmp_path / "study"
     simulate(config, out, workers=1)
-    (out / "stale.dng").touch()
+    (out / "bias" / "stale.dng").touch()
+    (out / ".DS_Store").touch()
     simulate(config, out, workers=1)
-    assert not (out / "stale.dng").exists()
+    assert sorted(path.name for path in out.iterdir()) == ["bias", "config.toml", "truth.json"]
+    assert not (out / "bias" / "stale.dng").exists()
+    (out / "study.toml").touch()
+    with pytest.raises(UsageError, match=r"beside simulated frames it holds study\.toml"):
+        simulate(config, out, workers=1)
+    assert (out / "study.toml").exists()
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "photo.dng").touch()
     with pytest.raises(UsageError, match="left untouched"):

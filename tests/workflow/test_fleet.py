@@ -1,7 +1,9 @@
 """Many studies become one table; a study that cannot be measured is a line in it and costs the others nothing."""
 
 import csv
+import errno
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -99,6 +101,15 @@ def test_a_defect_costs_one_study(studies: list[Path], tmp_path: Path, monkeypat
     entry = measure_one(job)
     assert entry.state == "failed"
     assert "ZeroDivisionError" in entry.reason
+
+
+def test_a_full_disk_is_no_defect(studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(tmp_path / "a"))
+
+    monkeypatch.setattr(fleet, "characterize", full)
+    entry = measure_one(Job(name="a", study=studies[0], out=tmp_path / "a", options=Options(), resume=False))
+    assert entry.reason == f"The system refused {tmp_path / 'a'}: {os.strerror(errno.ENOSPC)}."
 
 
 def test_what_was_measured_before_an_interruption_is_kept(

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from fullwell.errors import RawFileError, UsageError
+from fullwell.files import fullness_named
 from fullwell.raw.guess import Guess, guess_formats
 from fullwell.raw.headerless import unpacked
 from fullwell.raw.open import read_header
@@ -71,7 +72,8 @@ def _write_sheet(path: Path, guesses: Sequence[Guess], data: bytes) -> None:
         (f"{rank}. {_short(guess)}\n{guess.bits_left:.2f} bits left", unpacked(guess.stated, memoryview(data)))
         for rank, guess in enumerate(guesses, start=1)
     ]
-    write_contact_sheet(path, shown)
+    with fullness_named(path):
+        write_contact_sheet(path, shown)
 
 
 def _short(guess: Guess) -> str:

@@ -68,6 +68,7 @@ def _export(folder: Path, out: Path, *, cfa: str | None, headerless: str | None,
 def _write(folder: Path, *, out: Path, force: bool, cfa: str | None, headerless: str | None) -> "Study":
     from fullwell.cli.parsing import selection_from  # noqa: PLC0415 - heavy, and `--help` does not need it
     from fullwell.errors import UsageError  # noqa: PLC0415 - as above
+    from fullwell.files import fullness_named  # noqa: PLC0415 - as above
     from fullwell.frames.manifest import write_manifest  # noqa: PLC0415 - as above
     from fullwell.frames.study import index_folder  # noqa: PLC0415 - as above
 
@@ -81,7 +82,8 @@ def _write(folder: Path, *, out: Path, force: bool, cfa: str | None, headerless:
     text = write_manifest(study, folder=out.parent)
     beside = out.with_name(f".{out.name}.partial")
     try:
-        beside.write_text(text, encoding="utf-8")
+        with fullness_named(out):
+            beside.write_text(text, encoding="utf-8")
         beside.replace(out)
     finally:
         beside.unlink(missing_ok=True)

@@ -16,19 +16,23 @@ def _show_version(value: bool) -> None:  # noqa: FBT001 - Typer hands an option'
 
 
 def path_from(text: str | Path) -> Path:
-    """Return a path, which a default is already; an empty text, as an unset shell variable leaves, is refused.
+    """Return a path, which a default is already; ``~``, which shells leave alone in quotes, is the user's home.
 
     Raises
     ------
     typer.BadParameter
-        The text is empty; `Path` would take it for the current folder.
+        The text is empty, as an unset shell variable leaves it, and would be the current folder; or it is a URL, or
+        begins with the home of a user who does not exist.
 
     """
     if not str(text).strip():
         raise typer.BadParameter("the path is empty; for the current folder give a dot.")
     if "://" in str(text):
         raise typer.BadParameter(f"{text} is a URL; only studies and raw files are read from there.")
-    return Path(text)
+    try:
+        return Path(text).expanduser() if str(text).startswith("~") else Path(text)
+    except RuntimeError as error:
+        raise typer.BadParameter(f"{text} begins with the home of nobody; a folder of that name is ./{text}") from error
 
 
 def source_from(text: str | Path) -> Path:

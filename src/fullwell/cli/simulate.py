@@ -28,7 +28,14 @@ _Design = Annotated[
     str | None, typer.Option("--design", metavar="chart|study", help="What is taken, where --from has figures alone.")
 ]
 _Folder = Annotated[
-    Path | None, typer.Option("--out", "-o", parser=path_from, metavar="FOLDER", help="Folder for the frames.")
+    Path | None,
+    typer.Option(
+        "--out",
+        "-o",
+        parser=path_from,
+        metavar="FOLDER",
+        help="Folder for the frames: new, empty, or with simulated frames alone, which are replaced.",
+    ),
 ]
 _Seed = Annotated[int | None, typer.Option("--seed", metavar="N", help="Another seed is another camera of the make.")]
 _Print = Annotated[bool, typer.Option("--print", help="Print the config as TOML, to be edited, and stop.")]

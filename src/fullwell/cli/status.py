@@ -15,7 +15,7 @@ import typer
 
 from fullwell import __version__
 from fullwell.cli.overview import INTERRUPTED
-from fullwell.errors import FullwellError
+from fullwell.errors import FullwellError, system_refusal
 from fullwell.findings import Finding, Severity
 
 DONE: Final = 0
@@ -53,11 +53,11 @@ def guarded(*, verbose: bool) -> Generator[None, None, None]:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno() if sys.__stdout__ else 1)
         raise typer.Exit(DONE) from error
     except OSError as error:
-        if error.filename is None and error.errno is None:
+        refusal = system_refusal(error)
+        if refusal is None:
             _report_bug(error, verbose=verbose)
             raise typer.Exit(BUG) from error
-        where = "" if error.filename is None else f" {error.filename}"
-        _say(f"The system refused{where}: {error.strerror}.", verbose=verbose)
+        _say(refusal, verbose=verbose)
         raise typer.Exit(BAD_USE) from error
     except typer.Exit:
         raise

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
-from fullwell.files import holds_document
+from fullwell.files import foreign_in, holds_document
 from fullwell.findings import listed
 from fullwell.report.document import DOCUMENT, EMVA_FOLDER, SCHEMA, results_json
 
@@ -33,9 +33,6 @@ OWN: Final = frozenset(
 )
 """Everything that a results folder of ours may hold (RESULTS 2), the demo and the loop included."""
 
-_DESKTOP: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
-"""Files that desktops leave in any folder they show."""
-
 
 def check_target(out: Path) -> None:
     """Say before the work starts whether its results could be written to ``out``.
@@ -56,9 +53,7 @@ def check_target(out: Path) -> None:
             "name a new or empty folder with -o"
         )
         raise UsageError(message)
-    foreign = (
-        sorted(path.name for path in target.iterdir() if path.name not in OWN | _DESKTOP) if target.is_dir() else []
-    )
+    foreign = foreign_in(target, OWN) if target.is_dir() else []
     if foreign:
         message = (
             f"{out} would be replaced, but beside Fullwell's results it holds {listed(foreign)}; move that away or "

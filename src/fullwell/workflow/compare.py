@@ -9,7 +9,7 @@ from typing import Final, cast
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results, Row
 from fullwell.figures.side_by_side import Comparison, Side, compare
-from fullwell.files import holds_document, replaced_folder
+from fullwell.files import foreign_in, holds_document, replaced_folder
 from fullwell.glossary import RECOMMENDED
 from fullwell.glossary.comparable import TRUTH
 from fullwell.report.compare_document import DOCUMENT, SCHEMA, comparison_csv, comparison_json
@@ -113,8 +113,7 @@ def _require_replaceable(out: Path) -> None:
         raise UsageError(f"{out} is a file; name a folder for the comparison with -o.")
     if not target.is_dir() or not any(target.iterdir()):
         return
-    foreign = {path.name for path in target.iterdir()} - _OWN
-    if foreign or not holds_document(target, DOCUMENT, schema=SCHEMA):
+    if foreign_in(target, _OWN) or not holds_document(target, DOCUMENT, schema=SCHEMA):
         raise UsageError(
             f"{out} holds something other than a comparison of Fullwell's and is left untouched; "
             "name a new or empty folder with -o."

@@ -19,9 +19,9 @@ from typing import Final, Literal
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from fullwell.errors import FullwellError, UsageError
+from fullwell.errors import FullwellError, UsageError, system_refusal
 from fullwell.figures.results import Results
-from fullwell.files import holds_document
+from fullwell.files import fullness_named, holds_document
 from fullwell.findings import Severity
 from fullwell.frames.manifest import MANIFEST_NAME
 from fullwell.report.document import DOCUMENT
@@ -160,9 +160,10 @@ def characterize_fleet(
 def _recorded(entries: Sequence[Entry], root: Path) -> tuple[Entry, ...]:
     """Write the tables of a fleet and what became of each study; return the latter by name."""
     found = tuple(sorted(entries, key=lambda entry: entry.name))
-    _write_tables([entry for entry in found if entry.state in _MEASURED], root)
     document = json.dumps({"schema": SCHEMA, "studies": [asdict(entry) for entry in found]}, indent=1) + "\n"
-    _write(root / INDEX, document.encode())
+    with fullness_named(root):
+        _write_tables([entry for entry in found if entry.state in _MEASURED], root)
+        _write(root / INDEX, document.encode())
     return found
 
 
@@ -220,14 +221,17 @@ def measure_one(job: Job) -> Entry:
         if job.resume and earlier is not None:
             return _entry(job, state="kept", found=earlier)
         results = characterize(job.study, job.out, options=job.options)
-    except FullwellError as error:
-        return _entry(job, state="failed", reason=str(error), duration_s=_since(started))
     except Exception as error:  # noqa: BLE001 - a defect met by one study must not cost the others
-        reason = (
-            f"a bug of ours: {type(error).__name__}: {error}; measure this study alone with --verbose, and report it"
-        )
-        return _entry(job, state="failed", reason=reason, duration_s=_since(started))
+        return _entry(job, state="failed", reason=_reason(error), duration_s=_since(started))
     return _entry(job, state="done", found=results, duration_s=_since(started))
+
+
+def _reason(error: Exception) -> str:
+    """Return in a sentence why a study was not measured."""
+    refusal = system_refusal(error) if isinstance(error, OSError) else None
+    if refusal is None and not isinstance(error, FullwellError):
+        return f"a bug of ours: {type(error).__name__}: {error}; measure this study alone with --verbose, and report it"
+    return refusal or str(error)
 
 
 def _earlier(job: Job) -> Results | None:

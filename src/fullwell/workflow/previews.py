@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.errors import UsageError
+from fullwell.files import fullness_named
 from fullwell.raw.cfa import BAYER, MONO, cell, channels
 from fullwell.raw.image import Levels, RawHeader
 from fullwell.raw.open import decode, read_bytes
@@ -109,7 +110,8 @@ def write_sheets(headers: Sequence[RawHeader], path: Path, *, draw: Draw) -> tup
     if any(target.exists() and target.samefile(header.path) for target in targets for header in headers):
         raise UsageError(f"{path} would replace a raw file; give another name.")
     for header, target in zip(headers, targets, strict=True):
-        write_whole(target, [draw(header, decode(header, read_bytes(header)))])
+        with fullness_named(target):
+            write_whole(target, [draw(header, decode(header, read_bytes(header)))])
     return tuple(targets)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from fullwell.errors import RawFileError, UsageError
+from fullwell.files import fullness_named
 from fullwell.findings import Finding, Severity
 from fullwell.workflow.convert.kept import conversion_findings
 from fullwell.workflow.convert.recoding import Recoded, recoded
@@ -109,7 +110,8 @@ def _attempt(scene: Scene, target: Path, conversion: Conversion, *, kind: FileKi
     """Convert one file; what is wrong with it becomes a finding."""
     try:
         done = recoded(scene, conversion, kind=kind)
-        written = write_converted(scene, done, target, conversion=conversion, kind=kind)
+        with fullness_named(target):
+            written = write_converted(scene, done, target, conversion=conversion, kind=kind)
     except RawFileError as error:
         files = (str(scene.path),)
         refusal = Finding(code=error.code, severity=Severity.ERROR, message=_sentence(error.message), files=files)

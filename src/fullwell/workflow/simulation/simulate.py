@@ -5,11 +5,12 @@ import shutil
 from collections.abc import Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Final
 
 from fullwell.errors import UsageError
-from fullwell.files import holds_document, replaced_folder
+from fullwell.files import foreign_in, holds_document, replaced_folder
+from fullwell.findings import listed
 from fullwell.frames.series import Kind
 from fullwell.simulate.camera import camera_of, take
 from fullwell.simulate.config import SimulationConfig, read_config
@@ -56,7 +57,8 @@ def simulate(config: Path, out: Path, *, workers: int, progress: Progress | None
     config
         TOML file (RESULTS 6).
     out
-        Folder to write: a missing or empty one, or one that holds an earlier simulation, which is replaced.
+        Folder to write: a missing or empty one, or one that holds an earlier simulation and nothing else, which is
+        replaced.
     workers
         Threads; no bit of any frame depends on their number.
     progress
@@ -164,3 +166,16 @@ def _require_replaceable(out: Path) -> None:
             f"{out} holds something other than simulated frames and is left untouched; "
             "name a new or empty folder with -o."
         )
+    foreign = foreign_in(target, _own(target)) if target.is_dir() else []
+    if foreign:
+        raise UsageError(
+            f"{out} would be replaced, but beside simulated frames it holds {listed(foreign)}; move that away or name "
+            "another folder with -o."
+        )
+
+
+def _own(target: Path) -> frozenset[str]:
+    """Return what an earlier simulation wrote into its folder."""
+    truth = target / TRUTH
+    frames = json.loads(truth.read_text(encoding="utf-8"))["frames"] if truth.is_file() else []
+    return frozenset({TRUTH, CONFIG, INPUTS, *(PurePosixPath(frame["path"]).parts[0] for frame in frames)})

@@ -45,6 +45,7 @@ def said(found: Measurement) -> set[str]:
 def test_a_covered_lens_is_said_and_nothing_is_made_of_its_flats(tmp_path: Path) -> None:
     found = measured(tmp_path, flat_light=0.0)
     assert said(found) == {"flats-without-light"}
+    assert "no-flat-frames" not in {finding.code for finding in found.results.findings}
     quantities = {row.quantity for row in found.results.rows}
     assert {"read_noise", "dark_current"} <= quantities
     assert not quantities & {"system_gain", "saturation_capacity", "snr_max", "prnu"}

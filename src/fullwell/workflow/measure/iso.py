@@ -24,7 +24,7 @@ from fullwell.workflow.measure.nonuniformity import ChannelPattern, look_at_maps
 from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_volts
 from fullwell.workflow.measure.pattern_maps import MADE_TOGETHER, IsoMaps, make_maps
 from fullwell.workflow.measure.pattern_tiles import look_at_tiles, measure_pattern_tiles
-from fullwell.workflow.measure.photon_transfer import ChannelTransfer, measure_photon_transfer
+from fullwell.workflow.measure.photon_transfer import NO_FLATS, ChannelTransfer, measure_photon_transfer
 from fullwell.workflow.measure.processing import Processing, code_steps, code_uses, measure_processing
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.second_reading import read_again
@@ -106,7 +106,10 @@ def measure_iso(
             emva = evaluate() if beside is None else beside.result()
             rows = processing.marked(with_recommendations(measurement.section.rows, emva.rows))
             parts.append(replace(emva, rows=rows))
-        return replace(measurement, section=joined(parts))
+        section = joined(parts)
+        if without_light:  # which says it, with the reason
+            section = replace(section, findings=tuple(one for one in section.findings if one.code != NO_FLATS))
+        return replace(measurement, section=section)
 
 
 def _measured(

@@ -23,8 +23,8 @@ def lit_flats(bursts: IsoBursts) -> tuple[IsoBursts, tuple[Finding, ...]]:
     if not (bursts.flats and bursts.unlit) or any(_is_lit(flat, bursts) for flat in bursts.flats):
         return bursts, ()
     message = (
-        f"the flats at {bursts.label} are no brighter than frames without light and are left out: was the lens "
-        "covered, or the lamp off? Take them again"
+        f"the flats at {bursts.label} are no brighter than frames without light and are left out, so that nothing is "
+        "known in electrons: was the lens covered, or the lamp off? Take them again"
     )
     finding = Finding(code="flats-without-light", severity=Severity.WARNING, message=message)
     return replace(bursts, flats=()), (finding,)

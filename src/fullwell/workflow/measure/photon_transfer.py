@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from fullwell.workflow.measure.transfer_points import (
     transfer_point,
     unlit_for_transfer,
 )
+
+NO_FLATS: Final = "no-flat-frames"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,7 +172,7 @@ def _findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[
             f"no flat frames at {bursts.label}: system gain is not measured, so nothing is known in electrons; take "
             "bursts of two flats or more at five exposures or more, from dark to saturation"
         )
-        return (Finding(code="no-flat-frames", severity=Severity.WARNING, message=message),)
+        return (Finding(code=NO_FLATS, severity=Severity.WARNING, message=message),)
     if all(burst.frames < 2 for burst in bursts.flats):
         message = (
             f"flats at {bursts.label} are single frames: temporal noise cannot be told from fixed pattern, so the "

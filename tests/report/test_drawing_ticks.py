@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from fullwell.report.drawing.axis import Axis
@@ -54,6 +54,7 @@ def test_over_decades_only_decades_are_marked(low, ratio):
     st.one_of(st.tuples(st.just("linear"), ENDS, ENDS), st.tuples(st.just("log"), POSITIVE, POSITIVE)),
     st.floats(90.0, 600.0),
 )
+@example(("linear", -1.0, -241663.0), 90.0)
 def test_words_along_an_axis_do_not_touch(ends, length):
     scale, one, other = ends
     low, high = sorted((one, other))

@@ -93,7 +93,8 @@ class Axis:
         while most > _FEWEST and not self._fits(marks, length):
             most -= 1
             marks = self._marked(low, high, most)
-        return marks if self._fits(marks, length) else _thinned(marks)
+        thinner = (_thinned(marks, step) for step in range(1, len(marks.words) + 2))
+        return next(some for some in thinner if self._fits(some, length))
 
     def _marked(self, low: float, high: float, most: int) -> Marks:
         if self.scale == "linear":
@@ -110,8 +111,9 @@ class Axis:
         if not self.across:
             return True
         scale = self.scaled()
-        middle = np.sort(scale.share(np.array(marks.places, float)) * length)
-        wide = np.array([width(word, SMALL) for word in marks.words])
+        told = [(place, word) for place, word in zip(marks.places, marks.words, strict=True) if word]
+        middle = np.sort(scale.share(np.array([place for place, _ in told], float)) * length)
+        wide = np.array([width(word, SMALL) for _, word in told])
         wide = wide if scale.low < scale.high else wide[::-1]
         return bool(np.all(np.diff(middle) >= 0.5 * (wide[1:] + wide[:-1]) + _APART * SMALL))
 
@@ -137,9 +139,9 @@ def _around_one(value: float) -> tuple[float, float]:
     return value - half, value + half
 
 
-def _thinned(marks: Marks) -> Marks:
-    """Return marks with every second word left out."""
-    return replace(marks, words=tuple(word if at % 2 == 0 else "" for at, word in enumerate(marks.words)))
+def _thinned(marks: Marks, step: int) -> Marks:
+    """Return marks with one word of ``step`` kept."""
+    return replace(marks, words=tuple("" if at % step else word for at, word in enumerate(marks.words)))
 
 
 def _within(place: float, low: float, high: float) -> bool:

@@ -92,6 +92,15 @@ def test_results_of_another_study_are_not_taken_for_its_own(
     assert done.warnings > 0
 
 
+def test_results_measured_by_hand_from_where_the_study_lies_are_kept(
+    studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(studies[0].parent)
+    characterize(Path("raw"), tmp_path / "raw", options=Options())
+    (kept,) = characterize_fleet([Path("raw")], tmp_path, options=Options(), resume=True)
+    assert kept.state == "kept"
+
+
 def test_a_defect_costs_one_study(studies: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("division by zero")

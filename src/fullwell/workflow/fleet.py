@@ -250,7 +250,7 @@ def _earlier(job: Job) -> Results | None:
         return None
     found = read_results(job.out)
     whose = found.run.get("study")
-    if whose != str(job.study):
+    if Path(str(whose)).absolute() != job.study:
         raise UsageError(
             f"{job.out} holds the results of another study, {whose}; name another folder with -o, or remove that one"
         )

@@ -136,7 +136,8 @@ def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
 def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> float:
     """Return how far one unknown phase moves the variance at most from its mean over phases [DN^2].
 
-    The noise may be less than it seems by just that effect, which is larger then.
+    The noise may be less than it seems by just that effect, which is larger then; below a third of a code, where that
+    has no end, it is taken to be 0.7 of what it seems.
     """
 
     def effect(of: float) -> float:

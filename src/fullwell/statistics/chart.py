@@ -16,7 +16,7 @@ from fullwell.statistics.patch import without_surface
 
 MAX_CLIPPED: Final = 1e-3
 """Share of values on a rail above which a patch's variance is not used (METHOD 1.11)."""
-_TAKEN: Final = 3
+LINE_TERMS: Final = 3
 """Terms that a surface takes from the means of rows, and from those of columns."""
 
 Cuts = tuple[NDArray[np.uint16], ...]
@@ -249,12 +249,12 @@ def _line_variances(residuals: NDArray[np.float64], variance: float, *, frames: 
     lines the surface has taken three terms of both.
     """
     rows, columns = residuals.shape[1:]
-    if min(rows, columns) <= _TAKEN:
+    if min(rows, columns) <= LINE_TERMS:
         return 0.0, 0.0
-    left = np.array([columns * (rows - _TAKEN), rows * (columns - _TAKEN)]) / dof
+    left = np.array([columns * (rows - LINE_TERMS), rows * (columns - LINE_TERMS)]) / dof
     length = np.array([columns, rows])
     squares = [_sum_of_squares(residuals.mean(axis=axis)) for axis in (2, 1)]
-    seen = np.array(squares) / (frames * (np.array([rows, columns]) - _TAKEN)) - variance / length
+    seen = np.array(squares) / (frames * (np.array([rows, columns]) - LINE_TERMS)) - variance / length
     row, column = np.linalg.solve(np.eye(2) - left / length[:, None], seen)
     return float(row), float(column)
 

@@ -167,8 +167,8 @@ def measure_chart_folders(
         Its series of kind chart are measured.
     rows
         What its other frames told. The black level that dark frames tell counts as evidence, and their dark current is
-        taken off stray light; figures that stand there
-        already are given the region ``chart`` here, and none of those is recommended.
+        taken off stray light; figures that stand there already are given the region ``chart`` here, and none of those
+        is recommended.
     options
         Workers.
     progress
@@ -240,7 +240,7 @@ def _dark_evidence(rows: Sequence[Row], iso: float | None) -> Mapping[str, Evide
 
 
 def _dark_current(rows: Sequence[Row], shots: IsoBursts) -> Mapping[str, Measured]:
-    """Return the dark current at the ISO of some shots, by channel, where it was not as warm or cold [DN/s]."""
+    """Return the dark current at the ISO of some shots, by channel, unless it was warmer or colder [DN/s]."""
     return {
         row.channel: row.measured
         for row in rows

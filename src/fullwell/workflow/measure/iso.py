@@ -24,7 +24,7 @@ from fullwell.workflow.measure.nonuniformity import ChannelPattern, look_at_maps
 from fullwell.workflow.measure.other_units import rows_in_electrons, rows_in_volts
 from fullwell.workflow.measure.pattern_maps import MADE_TOGETHER, IsoMaps, make_maps
 from fullwell.workflow.measure.pattern_tiles import look_at_tiles, measure_pattern_tiles
-from fullwell.workflow.measure.photon_transfer import NO_FLATS, ChannelTransfer, measure_photon_transfer
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer, measure_photon_transfer
 from fullwell.workflow.measure.processing import Processing, code_steps, code_uses, measure_processing
 from fullwell.workflow.measure.read_noise import measure_read_noise
 from fullwell.workflow.measure.second_reading import read_again
@@ -95,8 +95,8 @@ def measure_iso(
     """
     whites = tuple(measure_white(study, bursts, index) for index in range(len(bursts.channels)))
     usable, unusable = usable_unlit(bursts, whites)
-    usable, without_light = lit_flats(usable)
-    said = Section(findings=(*unusable, *without_light, *unlit_findings(usable)))
+    usable, said_of_flats = lit_flats(usable)
+    said = Section(findings=(*unusable, *said_of_flats, *unlit_findings(usable)))
     with one_algebra_thread(), ThreadPoolExecutor(1) as pool:
         evaluate = partial(measure_emva, study, replace(bursts, flats=usable.flats), whites, profiles=profiles)
         beside = pool.submit(evaluate) if profiles and workers > 1 else None
@@ -106,10 +106,7 @@ def measure_iso(
             emva = evaluate() if beside is None else beside.result()
             rows = processing.marked(with_recommendations(measurement.section.rows, emva.rows))
             parts.append(replace(emva, rows=rows))
-        section = joined(parts)
-        if without_light:  # which says it, with the reason
-            section = replace(section, findings=tuple(one for one in section.findings if one.code != NO_FLATS))
-        return replace(measurement, section=section)
+        return replace(measurement, section=joined(parts))
 
 
 def _measured(

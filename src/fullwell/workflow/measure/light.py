@@ -19,8 +19,14 @@ MOST_OFF_LINE: Final = 1.0
 
 
 def lit_flats(bursts: IsoBursts) -> tuple[IsoBursts, tuple[Finding, ...]]:
-    """Return the bursts, without flats where not one is brighter than unlit frames, and what is to be said then."""
-    if not (bursts.flats and bursts.unlit) or any(_is_lit(flat, bursts) for flat in bursts.flats):
+    """Return the bursts, without flats where not one is brighter than unlit frames, and what is to be said of none."""
+    if not bursts.flats:
+        message = (
+            f"no flat frames at {bursts.label}: system gain is not measured, so nothing is known in electrons; take "
+            "bursts of two flats or more at five exposures or more, from dark to saturation"
+        )
+        return bursts, (Finding(code="no-flat-frames", severity=Severity.WARNING, message=message),)
+    if not bursts.unlit or any(_is_lit(flat, bursts) for flat in bursts.flats):
         return bursts, ()
     message = (
         f"the flats at {bursts.label} are no brighter than frames without light and are left out, so that nothing is "

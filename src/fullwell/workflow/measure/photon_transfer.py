@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -22,8 +22,6 @@ from fullwell.workflow.measure.transfer_points import (
     transfer_point,
     unlit_for_transfer,
 )
-
-NO_FLATS: Final = "no-flat-frames"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,11 +166,7 @@ def _curve(bursts: IsoBursts, transfer: ChannelTransfer) -> Curve:
 
 def _findings(bursts: IsoBursts, transfers: Sequence[ChannelTransfer]) -> tuple[Finding, ...]:
     if not bursts.flats:
-        message = (
-            f"no flat frames at {bursts.label}: system gain is not measured, so nothing is known in electrons; take "
-            "bursts of two flats or more at five exposures or more, from dark to saturation"
-        )
-        return (Finding(code=NO_FLATS, severity=Severity.WARNING, message=message),)
+        return ()
     if all(burst.frames < 2 for burst in bursts.flats):
         message = (
             f"flats at {bursts.label} are single frames: temporal noise cannot be told from fixed pattern, so the "

@@ -115,8 +115,7 @@ def measured_chart(figures: Figures) -> tuple[Entry, float]:
     """Return the chart of a study as ``[chart]`` has it, and the flare; an empty table where there was none.
 
     With every density known and a flare measured, both are taken as they are, the flare as a share of a perfect white
-    and not of the lightest patch. Else the densities are those that the
-    signals amount to, with flare and lens in them.
+    and not of the lightest patch. Else the densities are those that the signals amount to, with flare and lens in them.
     """
     patches = cast("Sequence[Mapping[str, object]]", figures.study.get("patches", ()))
     if not patches:

@@ -37,7 +37,10 @@ SPREAD = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelFlare:
-    """Stray light of one channel, or of all as the mean of the channels; of one it is ``stray_dn`` [DN]."""
+    """Stray light of one channel, or of all as the mean of the channels.
+
+    ``without_dark`` tells whether dark current has been taken off; ``stray_dn`` is the flare of one channel in DN.
+    """
 
     channel: str
     flare: Measured

@@ -74,7 +74,7 @@ def _measure(shots: Shots, levels: ChartLevels, channel: str, pairs: list[tuple[
         return two_framings(
             [one for one, _ in regions],
             [other for _, other in regions],
-            framings=len({id(s) for pair in pairs for s in pair}),
+            framings=len({id(scene) for pair in pairs for scene in pair}),
         )
     except ValueError:
         return None

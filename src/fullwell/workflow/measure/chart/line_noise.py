@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from fullwell.frames.chart.patches import Patch
 from fullwell.raw.cfa import cell, channels
-from fullwell.statistics.chart import PatchPoint
+from fullwell.statistics.chart import LINE_TERMS, PatchPoint
 
 SIGNIFICANT = 3.0
 """Standard errors at which rows or columns are said to have noise in common."""
 _FEWEST_LINES: Final = 8
 _LEAST_OWN: Final = 0.1
 """Share of a variance that at least is taken for the pixels' own."""
-_TAKEN: Final = 3
-"""Terms that a surface takes from the means of rows, and from those of columns."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,8 +58,8 @@ class LineNoise:
             line.moving_dn2 if between else line.fixed_dn2 + line.moving_dn2 / point.frames
             for line in (self.row, self.column)
         )
-        rows_left = point.columns * (point.rows - _TAKEN) / point.spatial_dof
-        columns_left = point.rows * (point.columns - _TAKEN) / point.spatial_dof
+        rows_left = point.columns * (point.rows - LINE_TERMS) / point.spatial_dof
+        columns_left = point.rows * (point.columns - LINE_TERMS) / point.spatial_dof
         return row * (1.0 - rows_left) + column * (1.0 - columns_left)
 
     def moving(self, points: Sequence[PatchPoint], patches: Sequence[Patch], *, cfa: str) -> NDArray[np.float64]:
@@ -139,5 +137,5 @@ def _weighted(points: Sequence[PatchPoint], name: str, length: str, count: str) 
     whole = np.array([point.variance_dn2 for point in points])
     shared = np.array([point.row_variance_dn2 + point.column_variance_dn2 for point in points])
     left = np.maximum(whole - shared, _LEAST_OWN * whole) / pixels
-    weight = (lines - _TAKEN) / (2.0 * left**2)
+    weight = (lines - LINE_TERMS) / (2.0 * left**2)
     return float(weight @ value / weight.sum()), float(weight.sum() ** -0.5)

@@ -52,7 +52,9 @@ def _model(rows: Sequence[Row], place: _Place) -> GivenModel | None:
     return GivenModel(
         given=given,
         conventions=Conventions(
-            digital_maximum=white, white_level=white, black_level=_level(rows, place, "black_level")
+            digital_maximum=_level(rows, place, "digital_maximum") or white,
+            white_level=white,
+            black_level=_level(rows, place, "black_level"),
         ),
         channel=place[0],
         iso=place[1],

@@ -19,11 +19,24 @@ LEVELS: Final = (
     Quantity(
         name="white_level",
         title="White level",
-        symbol="D",
+        symbol="w",
         units=("DN",),
         definition="Raw value at which the output saturates: the code where values pile up, else the declared level.",
-        equation="D = highest code that holds a pile-up",
+        equation="w = highest code that holds a pile-up",
         source="METHOD 1.11",
+    ),
+    Quantity(
+        name="digital_maximum",
+        title="Digital maximum",
+        symbol="D",
+        units=("DN",),
+        definition=(
+            "Highest code of the converter, one for all channels, which the k's and volts are relative to: the "
+            "declared white level, unless codes pile up above it or on a code of all ones. Pixels that are full before "
+            "it do not lower it."
+        ),
+        equation="V = (x - b)/D",
+        source="METHOD 0",
     ),
 )
 

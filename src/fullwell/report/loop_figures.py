@@ -12,7 +12,7 @@ from fullwell.report.comparison import LEGACY
 from fullwell.report.curves import Table
 from fullwell.units import DECIBEL, STOP
 
-_ABSOLUTE: Final = frozenset({"black_level", "white_level"})
+_ABSOLUTE: Final = frozenset({"black_level", "white_level", "digital_maximum"})
 _BOUND: Final = "lower-bound"
 _ORDER: Final = {entry.name: at for at, entry in enumerate(glossary.QUANTITIES)}
 _NUMBERS: Final = (

@@ -90,6 +90,7 @@ def _signal_to_noise(material: Material) -> Section:
 def _range(material: Material) -> Section:
     pivots = material.pivots(
         ("white_level", "DN"),
+        ("digital_maximum", "DN"),
         ("saturation_capacity", "e-"),
         ("saturation_capacity", "DN"),
         ("dynamic_range", "dB"),

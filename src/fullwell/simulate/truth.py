@@ -164,7 +164,9 @@ def _levels(place: _Place) -> Iterator[TrueValue]:
         yield place.row("flare", ONE, place.config.lens.flare / chart.lightest)
     if place.shares_levels:
         yield place.row("black_level", DN, sensor.black_level[place.site])
-    yield place.row("white_level", DN, float(sensor.white_level))
+    if sensor.saturation_at(place.iso, place.site) < sensor.full_well:
+        yield place.row("white_level", DN, float(sensor.white_level))
+    yield place.row("digital_maximum", DN, float(sensor.white_level))
     yield place.row("system_gain", DN_PER_ELECTRON, place.system_gain)
 
 

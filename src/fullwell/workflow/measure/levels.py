@@ -16,7 +16,15 @@ from fullwell.workflow.measure.dark_level import dark_frames_level, single_burst
 from fullwell.workflow.measure.optical_black import OPTICAL_BLACK, masked_evidence, masked_findings, masked_rows
 from fullwell.workflow.measure.rounding import rounding_flags
 from fullwell.workflow.measure.section import RowWriter, Section
-from fullwell.workflow.measure.white_level import METADATA, USER, WhiteLevel, white_findings, white_rows
+from fullwell.workflow.measure.white_level import (
+    METADATA,
+    USER,
+    WhiteLevel,
+    digital_maximum,
+    maximum_rows,
+    white_findings,
+    white_rows,
+)
 
 DARK_FRAMES = "dark-frames"
 
@@ -33,6 +41,8 @@ class ChannelLevels:
         Whether the frames themselves determine it.
     white_dn
         The highest code the channel can reach [DN]; None where nothing tells it.
+    digital_maximum_dn
+        D of the k's and volts, the same for all channels [DN]; None where nothing tells it.
 
     """
 
@@ -40,6 +50,7 @@ class ChannelLevels:
     black: Measured | None
     black_identified: bool
     white_dn: float | None
+    digital_maximum_dn: float | None
 
     @property
     def black_dn(self) -> float:
@@ -71,6 +82,7 @@ def measure_levels(
     rows: list[Row] = []
     decided: list[tuple[str, FusedLevel | None, str]] = []
     levels: list[ChannelLevels] = []
+    maximum_dn = digital_maximum(whites)
     for index, white in enumerate(whites):
         channel = white.channel
         evidence = _black_evidence(study, bursts, index, masked[index] if masked else None)
@@ -86,11 +98,13 @@ def measure_levels(
                 black=None if fused is None else fused.measured,
                 black_identified=fused is not None and (fused.identified or fused.preferred == (USER,)),
                 white_dn=white.level_dn,
+                digital_maximum_dn=maximum_dn,
             )
         )
     given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
     rows += _pooled_black(bursts, levels, given=given)
     rows += masked_rows(masked, bursts)
+    rows += maximum_rows(study, bursts, whites, maximum_dn)
     darks = [_from_darks(bursts, channel) for channel in bursts.channels]
     findings = (
         *_black_findings(bursts, decided),

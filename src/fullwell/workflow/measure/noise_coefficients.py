@@ -93,7 +93,7 @@ def measure_noise_coefficients(
     rows: list[Row] = []
     fitted: list[NoiseCoefficientFit] = []
     for level, transfer, pattern in zip(levels, transfers, patterns, strict=True):
-        if transfer.fit is None or level.white_dn is None or level.black is None:
+        if transfer.fit is None or level.digital_maximum_dn is None or level.black is None:
             continue
         model = _model(level, transfer, lines=_Lines.of(bursts, pattern))
         if model is None:
@@ -101,7 +101,7 @@ def measure_noise_coefficients(
         ks = k_coefficients(
             model.coefficients,
             model.covariance,
-            digital_maximum=level.white_dn,
+            digital_maximum=level.digital_maximum_dn,
             convention="white level",
             dof=model.dof,
             offset_std_error_dn=level.black.std_error or 0.0,
@@ -271,8 +271,8 @@ def _pooled(
     if len(levels) < 2 or len(fitted) < len(levels):
         return ()
     parts = list(zip(*(_variances(ks) for ks in fitted), strict=True))
-    white_dn = levels[0].white_dn or 1.0
-    shared = [[one.shared[term].scaled(white_dn**power) for one in models] for term, power in enumerate((-2, -1, 0))]
+    maximum_dn = fitted[0].digital_maximum
+    shared = [[one.shared[term].scaled(maximum_dn**power) for one in models] for term, power in enumerate((-2, -1, 0))]
     pooled = [
         (mean_of_sites(part, errors, weighted=True), pool_channels(part)[1])
         for part, errors in zip(parts, shared, strict=True)

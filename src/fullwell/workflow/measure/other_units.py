@@ -6,6 +6,7 @@ from dataclasses import replace
 from fullwell.figures.conversions import to_electrons, to_volts
 from fullwell.figures.results import Row
 from fullwell.glossary import RECOMMENDED
+from fullwell.raw.cfa import ALL
 from fullwell.units import DN, DN_PER_SECOND
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.section import Section
@@ -53,20 +54,20 @@ def rows_in_electrons(rows: Iterable[Row], gain_rows: Iterable[Row]) -> Section:
 
 
 def rows_in_volts(rows: Iterable[Row], levels: Iterable[ChannelLevels], swing_v: float | None) -> Section:
-    """Return read noise and dark current in volts: DN * swing / white level, labelled model-based."""
+    """Return read noise and dark current in volts: DN * swing / digital maximum, labelled model-based."""
     if swing_v is None:
         return Section()
-    white = {level.channel: level.white_dn for level in levels if level.white_dn}
-    if white and len(set(white.values())) == 1:
-        white["all"] = next(iter(white.values()))
+    known = {level.channel: level.digital_maximum_dn for level in levels if level.digital_maximum_dn}
+    if len(known) > 1:
+        known[ALL] = max(known.values())
     converted: list[Row] = []
     for row in rows:
-        white_dn = white.get(row.channel)
-        if white_dn is not None and row.measured.unit in _IN_DN and row.quantity in _IN_VOLTS:
+        maximum_dn = known.get(row.channel)
+        if maximum_dn is not None and row.measured.unit in _IN_DN and row.quantity in _IN_VOLTS:
             converted.append(
                 replace(
                     row,
-                    measured=to_volts(row.measured, swing_v / white_dn),
+                    measured=to_volts(row.measured, swing_v / maximum_dn),
                     flags=tuple(sorted({*row.flags, "model-based"})),
                     source=f"{row.source}; voltage swing",
                 )

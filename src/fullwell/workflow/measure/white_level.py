@@ -1,4 +1,9 @@
-"""White level per channel: the highest code seen, whether codes pile up there, and what was declared."""
+"""White level per channel: the highest code seen, whether codes pile up there, and what was declared.
+
+Where codes pile up is where a channel ends: with its converter, or before it where its pixels are full. The digital
+maximum, which the k's and volts are relative to, is the converter's and one for all channels, whether or not a flat
+was bright enough for its pixels to fill.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,6 +13,7 @@ import numpy as np
 from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.frames.series import Study
+from fullwell.raw.cfa import ALL
 from fullwell.statistics.series import Histogram
 from fullwell.units import DN, Measured
 from fullwell.workflow.measure.bursts import IsoBursts
@@ -53,6 +59,19 @@ class WhiteLevel:
         """Return the level to use, None where nothing tells it [DN]."""
         return float(self.seen) if self.piles_up else self.declared
 
+    @property
+    def converter_ends(self) -> bool:
+        """Tell whether codes pile up where only a converter ends: above what is declared, or on a code of all ones."""
+        above = self.declared is None or self.seen > self.declared
+        return self.piles_up and (above or self.seen & (self.seen + 1) == 0)
+
+
+def digital_maximum(whites: Sequence[WhiteLevel]) -> float | None:
+    """Return D, the highest code of the converter; None where nothing tells it (METHOD 0) [DN]."""
+    seen = max((white.seen for white in whites if white.converter_ends), default=None)
+    declared = max((white.declared for white in whites if white.declared is not None), default=None)
+    return declared if seen is None else float(seen)
+
 
 def measure_white(study: Study, bursts: IsoBursts, index: int) -> WhiteLevel:
     """Look for the highest code of one CFA site, in flats where there are any, and for codes piling up there."""
@@ -96,6 +115,30 @@ def white_rows(study: Study, bursts: IsoBursts, white: WhiteLevel) -> tuple[Row,
         recommended=not white.trusted,
     )
     return (seen, declared)
+
+
+def maximum_rows(
+    study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], maximum_dn: float | None
+) -> tuple[Row, ...]:
+    """Return the digital maximum of every channel, and of all; nothing where it is not known."""
+    if maximum_dn is None:
+        return ()
+    ends = any(white.converter_ends for white in whites)
+    declared = None if ends else study.white_level
+    method = "measured" if declared is None else USER if declared.source == USER else METADATA
+    write = RowWriter(bursts=bursts).row
+    return tuple(
+        write(
+            "digital_maximum",
+            channel,
+            method,
+            Measured.exact(maximum_dn, DN),
+            source="METHOD 0",
+            flags=(USER,) if method == USER else () if ends or declared else ("lower-bound",),
+            recommended=True,
+        )
+        for channel in (*(white.channel for white in whites), *((ALL,) if len(whites) > 1 else ()))
+    )
 
 
 def _all_at_top(histograms: Sequence[Histogram], *, seen: int) -> bool:

@@ -251,14 +251,14 @@ def _black(figures: Figures, iso: float | None) -> list[float] | float:
 
 
 def _white(figures: Figures, iso: float | None) -> int:
-    levels = [figures.level("white_level", channel, iso) for channel in channels(figures.cfa)]
-    known = [level for level in levels if level is not None]
-    return min(round(max(known)), 2**figures.bit_depth - 1) if known else 2**figures.bit_depth - 1
+    return min(round(figures.digital_maximum(iso)), 2**figures.bit_depth - 1)
 
 
 def _full_well(figures: Figures, iso: float | None, said: list[str]) -> float:
     """Return the measured capacity, or more than the converter holds where no pixel was seen to fill [e-]."""
     measured = figures.saturation_capacity(iso)
+    if measured is None:
+        measured = figures.filled_below_converter(iso)
     if measured is not None:
         return min(measured, _MOST_ELECTRONS)
     said.append("no pixel was seen to fill; the full well is beyond the converter's reach")

@@ -157,17 +157,32 @@ class Figures:
         k_dark = self.value("k_dark_variance", "1", iso)
         if k_dark is None:
             return 0.0
-        white = self.level("white_level", ALL, iso) or max(self._whites(iso), default=2.0**self.bit_depth - 1.0)
-        return k_dark * (white / system_gain) ** 2 - rounding_electrons2(system_gain=system_gain)
+        return k_dark * (self.digital_maximum(iso) / system_gain) ** 2 - rounding_electrons2(system_gain=system_gain)
 
-    def _whites(self, iso: float | None) -> list[float]:
-        levels = [self.level("white_level", channel, iso) for channel in channels(self.cfa)]
-        return [level for level in levels if level is not None]
+    def digital_maximum(self, iso: float | None) -> float:
+        """Return D [DN]; of results that do not say it, the highest white level, or what the bits hold."""
+        levels = [
+            self.level(quantity, channel, iso)
+            for quantity in ("digital_maximum", "white_level")
+            for channel in channels(self.cfa)
+        ]
+        known = [level for level in levels if level is not None]
+        return max(known, default=2.0**self.bit_depth - 1.0)
 
     def saturation_capacity(self, iso: float | None) -> float | None:
         """Return the charge at which pixels were seen to fill; None where the converter ended first [e-]."""
         rows = [row for row in self.at("saturation_capacity", "e-", iso) if _NO_CAPACITY.isdisjoint(row.flags)]
         return max((row.measured.value for row in rows), default=None)
+
+    def filled_below_converter(self, iso: float | None) -> float | None:
+        """Return the charge at which codes pile up though the converter goes on; None where they do not [e-]."""
+        maximum, system_gain = self.digital_maximum(iso), self.system_gain(iso)
+        found = [
+            (white - (self.level("black_level", channel, iso) or 0.0)) / system_gain
+            for channel in channels(self.cfa)
+            if (white := self.level("white_level", channel, iso)) is not None and white < maximum
+        ]
+        return max(found, default=None)
 
     def shortest_unlit_s(self, iso: float | None) -> float:
         """Return the exposure that read noise belongs to [s]."""

@@ -11,7 +11,7 @@ from fullwell.workflow.measure.chart.camera import measure_camera
 from fullwell.workflow.measure.chart.curves import chart_curves
 from fullwell.workflow.measure.chart.evidence import gather_evidence
 from fullwell.workflow.measure.chart.framings import measure_framings
-from fullwell.workflow.measure.chart.levels import ChartLevels, decide_levels, digital_maximum, measure_whites
+from fullwell.workflow.measure.chart.levels import ChartLevels, chart_maximum, decide_levels, measure_whites
 from fullwell.workflow.measure.chart.line_noise import line_noise
 from fullwell.workflow.measure.chart.noise_model import ChartModel, fit_all, fit_channel, tabulate
 from fullwell.workflow.measure.chart.noise_rows import noise_rows
@@ -71,7 +71,7 @@ def measure_shots(
 
     """
     whites = measure_whites(study, shots)
-    maximum = digital_maximum(whites)
+    maximum = chart_maximum(whites)
     points = [point for _, exposure in shots.exposures for point in exposure.points]
     declared = [level for index in range(len(shots.channels)) if (level := declared_black(study, index)) is not None]
     guess = sum(declared) / len(declared) if declared else min(point.mean_dn for point in points)

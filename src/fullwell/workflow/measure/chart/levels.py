@@ -21,6 +21,8 @@ from fullwell.workflow.measure.white_level import (
     USER,
     WhiteLevel,
     declared_white,
+    digital_maximum,
+    maximum_rows,
     pile_up,
     white_findings,
     white_rows,
@@ -75,7 +77,7 @@ class ChartLevels:
     whites
         Per channel.
     digital_maximum
-        D of the noise coefficients: the white level of the channels, the highest where they differ [DN].
+        D of the noise coefficients: the highest code of the converter [DN].
 
     """
 
@@ -121,17 +123,16 @@ def measure_whites(study: Study, shots: Shots) -> tuple[WhiteLevel, ...]:
     return tuple(found)
 
 
-def digital_maximum(whites: Sequence[WhiteLevel]) -> float:
-    """Return D: the white level; where nothing tells it, the highest code of as many bits as were seen [DN]."""
-    known = [white.level_dn for white in whites if white.level_dn is not None]
-    return max(known) if known else float(2 ** max(white.seen for white in whites).bit_length() - 1)
+def chart_maximum(whites: Sequence[WhiteLevel]) -> float:
+    """Return D; where nothing tells it, the highest code of as many bits as were seen [DN]."""
+    return digital_maximum(whites) or float(2 ** max(white.seen for white in whites).bit_length() - 1)
 
 
 def _white_unknown(whites: Sequence[WhiteLevel]) -> tuple[Finding, ...]:
     if any(white.level_dn is not None for white in whites):
         return ()
     message = (
-        f"nothing tells the white level, and no code piles up at the top: {digital_maximum(whites):g} DN is taken, the "
+        f"nothing tells the white level, and no code piles up at the top: {chart_maximum(whites):g} DN is taken, the "
         "highest code of as many bits as are seen; the k's are relative to it. Give it with --white"
     )
     return (Finding(code="white-level-unknown", severity=Severity.WARNING, message=message),)
@@ -182,6 +183,7 @@ def decide_levels(
         for row in _black_rows(shots, one, fused, alike=alike or one.channel != ALL)
     ]
     rows += [row for white in whites for row in white_rows(study, shots.bursts, white)]
+    rows += maximum_rows(study, shots.bursts, whites, chart_maximum(whites))
     findings = (
         *_findings(shots, evidence, decided),
         *white_findings(whites, at=f" at {shots.bursts.label}"),
@@ -192,7 +194,7 @@ def decide_levels(
         shared=shared,
         alike=alike,
         whites=tuple(whites),
-        digital_maximum=digital_maximum(whites),
+        digital_maximum=chart_maximum(whites),
     )
 
 

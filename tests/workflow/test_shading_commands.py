@@ -335,3 +335,19 @@ def test_bad_use_is_said_in_a_sentence(study: Path, fitted: ShadingOutcome, tmp_
         with pytest.raises(UsageError, match=words):
             command()
         assert not out.exists()
+
+
+def test_full_pixels_below_the_rail_are_no_shading(tmp_path: Path) -> None:
+    flat = {"exposures_s": [0.002, 0.004, 0.008], "electrons": [2000.0, 4000.0, 9000.0], "frames": 4}
+    config = simulation(
+        study={"isos": [100], "flat": flat, "dark": {"exposures_s": [0.01], "frames": 3}},
+        lens=LENS | {"focal_length_mm": 0.5},
+        camera={"full_well": 6000.0, "white_level": 4095},
+    )
+    study = simulated_study(tmp_path / "study", config).root
+    fitted = fit_maps(study, tmp_path / "fit", options=Options(workers=2))
+    assert [one["exposure_s"] for one in fitted.document["bursts"]] == [0.002, 0.004]
+    said = [one.message for one in fitted.findings if one.code == "shading-not-measured"]
+    assert said == [
+        "lens shading of G2, G1 at ISO 100, flats of 0.008 s, is not measured: it comes too near to saturation"
+    ]

@@ -37,7 +37,7 @@ def lens_shading(material: Material) -> Section:
     parts = parts_shown(
         Part(
             title="The map of each plane",
-            lead="One burst per ISO, the longest exposure that is nowhere saturated.",
+            lead="One burst per ISO: the longest exposure at which most planes are unsaturated.",
             tabs=tuple(
                 Tab(label=_label(planes[0]), pictures=(plots_lens.shading_surfaces(planes),)) for planes in shown
             ),

@@ -11,7 +11,7 @@ from fullwell.frames.series import SeriesKey, Study
 from fullwell.report.pictures import ResponsePicture, ShadingDifferencePicture, ShadingPicture
 from fullwell.workflow.measure.pattern_maps import SLOPE, IsoMaps
 from fullwell.workflow.measure.regions import Region, central_crop, central_tiles
-from fullwell.workflow.measure.shading import BurstShading, ChannelShading
+from fullwell.workflow.measure.shading import BurstShading, ChannelShading, longest_whole
 from fullwell.workflow.measure.shading_differences import BurstDifference
 
 MOST_POINTS: Final = 64
@@ -21,9 +21,9 @@ Surfaces = Mapping[tuple[SeriesKey, str], Poly22]
 
 
 def shading_pictures(shadings: Sequence[BurstShading], surfaces: Surfaces) -> tuple[ShadingPicture, ...]:
-    """Return the pictures of the longest exposed burst of one ISO, one per channel."""
+    """Return the pictures of the longest exposed burst of one ISO among those of most channels, one per channel."""
     pictures: list[ShadingPicture] = []
-    for shading in shadings[-1:]:
+    for shading in longest_whole(shadings):
         rows, columns = (
             min(sizes) for sizes in zip(*(one.data.signal_dn.shape for one in shading.channels), strict=True)
         )

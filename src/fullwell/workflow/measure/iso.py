@@ -121,7 +121,9 @@ def _measured(
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
     pattern_sections, patterns = _fixed_pattern(study, bursts, levels, transfers, workers=workers, maps_made=maps_made)
     model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns)
-    shading_section, shadings = measure_shading(bursts, levels, patterns, camera=study.camera, workers=workers)
+    shading_section, shadings = measure_shading(
+        bursts, levels, transfers, patterns, camera=study.camera, workers=workers
+    )
     system_gain = {
         row.channel: row.measured
         for row in transfer_section.rows

@@ -51,6 +51,13 @@ class ChannelTransfer:
             return None
         return self.fit.system_gain
 
+    @property
+    def beyond_the_turn(self) -> tuple[TransferPoint, ...]:
+        """Return the points whose variance has fallen though no value lies on the white level: the pixels are full."""
+        return tuple(
+            point for point, good in zip(self.points, self.on_curve, strict=True) if point.admitted and not good
+        )
+
 
 def measure_photon_transfer(
     bursts: IsoBursts, levels: Sequence[ChannelLevels]

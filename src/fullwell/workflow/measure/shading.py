@@ -21,6 +21,7 @@ from fullwell.workflow.executor import in_threads
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.nonuniformity import ChannelPattern
+from fullwell.workflow.measure.photon_transfer import ChannelTransfer
 from fullwell.workflow.measure.section import RowWriter, Section
 from fullwell.workflow.measure.unlit import line_noise
 
@@ -31,6 +32,8 @@ MOST_SATURATED = 0.01
 """Share of saturated bins beyond which the top of a map cannot be told."""
 
 FROM_SATURATION = 5.0
+
+_SATURATED = "it comes too near to saturation"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,18 +78,22 @@ class BurstShading:
 def measure_shading(
     bursts: IsoBursts,
     levels: Sequence[ChannelLevels],
+    transfers: Sequence[ChannelTransfer],
     patterns: Sequence[ChannelPattern],
     *,
     camera: Camera,
     workers: int,
 ) -> tuple[Section, tuple[BurstShading, ...]]:
     """Fit the shading of every flat burst at one ISO whose sums were kept."""
+    full = {(point.burst.series.key, one.channel) for one in transfers for point in one.beyond_the_turn}
     flats = [burst for burst in bursts.flats if burst.sums is not None]
     prnu = {one.channel: _relative(one) for one in patterns}
     tasks = [(burst, level) for burst in flats for level in levels]
 
     def fit(task: tuple[Burst, ChannelLevels]) -> ChannelShading | str:
         burst, level = task
+        if (burst.series.key, level.channel) in full:
+            return _SATURATED
         relative = prnu.get(level.channel, USUAL_PRNU)
         return _fit(burst, level, prnu=relative, lines=line_noise(bursts, level.channel), camera=camera)
 
@@ -102,8 +109,13 @@ def measure_shading(
             (burst, level.channel, one) for level, one in zip(levels, own, strict=True) if isinstance(one, str)
         ]
     rows = tuple(row for one in shadings for row in _rows(bursts, one))
-    curves = (*(_choices(one) for one in shadings), *(_profiles(one) for one in shadings[-1:]))
+    curves = (*(_choices(one) for one in shadings), *(_profiles(one) for one in longest_whole(shadings)))
     return Section(rows=rows, curves=curves, findings=_findings(bursts, failures)), tuple(shadings)
+
+
+def longest_whole(shadings: Sequence[BurstShading]) -> tuple[BurstShading, ...]:
+    """Return the longest exposed burst of one ISO among those of most channels, alone; nothing of no bursts."""
+    return (max(shadings, key=lambda one: (len(one.channels), one.burst.exposure_s)),) if shadings else ()
 
 
 def _relative(pattern: ChannelPattern) -> float:
@@ -128,7 +140,7 @@ def _fit(
         limit_dn=_limit(plane, level, float(np.nanmean(variance))),
     )
     if bins.saturated > MOST_SATURATED * bins.n.size:
-        return "it comes too near to saturation"
+        return _SATURATED
     try:
         data = shading_data(
             bins,

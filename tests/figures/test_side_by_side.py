@@ -167,3 +167,27 @@ def test_dark_current_adds_its_charge_not_the_square_of_it():
     without, with_dark = ten_of_the_published_camera(), ten_of_the_published_camera(exposure_s=0.5)
     squares = [lines["Total dark noise"].emva.measured.value ** 2 for lines in (without, with_dark)]
     assert squares[1] - squares[0] == pytest.approx(2.22 * 0.5, rel=1e-9)
+
+
+def test_bits_of_a_code_are_those_of_the_white_level_where_files_hold_wider_numbers():
+    for study, bits in (
+        ({"bit_depth": 16, "white_level": {"values": [16383.0, 16383.0]}}, 14),
+        ({"bit_depth": 16, "white_level": {"values": [None, 15000.0]}}, 14),
+        ({"bit_depth": 12, "white_level": {"values": [4095.0]}}, 12),
+        ({"bit_depth": 12, "white_level": None}, 12),
+        ({}, None),
+    ):
+        assert side("A", [], **study).results.code_bits == bits
+
+
+def test_two_bounds_on_one_side_have_no_difference():
+    def capacity(value, flags):
+        return row("saturation_capacity", value, ELECTRON, flags=("recommended", *flags))
+
+    def of(first, second):
+        found = compare([side("A", [capacity(*first)]), side("B", [capacity(*second)])])
+        return found.matches[0].differences[1]
+
+    assert of((5000.0, ("lower-bound",)), (7000.0, ("lower-bound",))) is None
+    assert of((0.0, ("upper-limit",)), (0.0, ("upper-limit",))) is None
+    assert of((5000.0, ("lower-bound",)), (7000.0, ())).measured.value == 2000.0

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from fullwell.figures.results import Row
 from fullwell.units import Measured, combined_dof
 
 
@@ -63,6 +64,13 @@ def difference(figure: Measured, reference: Measured, *, independent: bool = Tru
         statistic=statistic,
         p_value=two_sided(statistic, dof),
     )
+
+
+def row_difference(figure: Row, reference: Row, *, independent: bool = True) -> Difference | None:
+    """Return a row less a reference; None where both are bounds on one side, whose difference bounds nothing."""
+    if any(flag in figure.flags and flag in reference.flags for flag in ("lower-bound", "upper-limit")):
+        return None
+    return difference(figure.measured, reference.measured, independent=independent)
 
 
 def two_sided(statistic: float, dof: float | None) -> float:

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fullwell.figures.differences import Difference, difference
+from fullwell.figures.differences import Difference, row_difference
 from fullwell.figures.propagation import Ingredient, propagated
 from fullwell.figures.results import Row
 from fullwell.model import conversions
@@ -130,7 +130,7 @@ def _line(figure: _Figure, sides: Sides) -> Line:
         unit=figure.unit,
         emva=_told(figure.emva, emva, missing="The EMVA results do not hold it."),
         chart=_told(figure.chart, chart, missing=figure.missing),
-        difference=difference(chart.measured, emva.measured, independent=independent) if emva and chart else None,
+        difference=row_difference(chart, emva, independent=independent) if emva and chart else None,
         note=figure.note,
     )
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fullwell.figures.differences import Difference, difference
+from fullwell.figures.differences import Difference, row_difference
 from fullwell.figures.results import Row
 from fullwell.glossary import RECOMMENDED
 from fullwell.glossary.comparable import Verdict, comparability
@@ -33,7 +33,8 @@ class Match:
     rows
         In the order of the results; None where one does not have it.
     differences
-        From the first row that is there; None for that one and where there is none.
+        From the first row that is there; None for that one, where there is none, and between two lower bounds or two
+        upper limits.
 
     """
 
@@ -60,7 +61,7 @@ class Crossing:
     first: int
     second: int
     rows: tuple[Row, Row]
-    difference: Difference
+    difference: Difference | None
     verdict: Verdict
 
 
@@ -147,7 +148,7 @@ def _match(rows: Sequence[Row | None], shared: Callable[[int, int], bool]) -> Ma
     differences = tuple(
         None
         if row is None or reference is None or index == at
-        else difference(row.measured, reference.measured, independent=not shared(at, index))
+        else row_difference(row, reference, independent=not shared(at, index))
         for index, row in enumerate(rows)
     )
     return Match(rows=tuple(rows), differences=differences)
@@ -170,7 +171,7 @@ def crossed(sides: Sequence[Sequence[Row]], shared: Callable[[int, int], bool]) 
                         first=first,
                         second=second,
                         rows=(one, other),
-                        difference=difference(other.measured, one.measured, independent=not shared(first, second)),
+                        difference=row_difference(other, one, independent=not shared(first, second)),
                         verdict=comparability(one.quantity, one.method, other.method),
                     )
                     for one, other in _unlike(rows, tables[second].get(key, ()))

@@ -1,7 +1,8 @@
 """A result is a row: one figure of merit with its uncertainty, method and source."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 from fullwell.findings import Finding
 from fullwell.units import Measured
@@ -100,3 +101,13 @@ class Results:
     curves: tuple[Curve, ...]
     citations: tuple[Mapping[str, str], ...] = ()
     run: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    @property
+    def code_bits(self) -> int | None:
+        """Bits of a code as declared: of the white level where files hold wider numbers, None where nobody says."""
+        held = self.study.get("bit_depth")
+        declared = self.study.get("white_level")
+        values = declared.get("values") if isinstance(declared, Mapping) else None
+        levels = [level for level in cast("Sequence[object]", values or ()) if isinstance(level, (int, float))]
+        told = [int(max(levels)).bit_length()] if levels else []
+        return min([*told, *([held] if isinstance(held, int) else [])], default=None)

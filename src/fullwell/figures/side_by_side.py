@@ -182,7 +182,7 @@ def _ten_figures(emva: Side, chart: Side) -> list[TenFigures]:
                     emva=[row for row in ours if (row.channel, row.iso) == (channel, iso)],
                     chart=figures[place],
                     exposure_s=_chart_exposure(chart.results, place[1]),
-                    bits=(_bits(emva.results), _bits(chart.results)),
+                    bits=(emva.results.code_bits, chart.results.code_bits),
                     shared=not emva.hashes.isdisjoint(chart.hashes),
                 )
             ),
@@ -220,11 +220,6 @@ def _chart_exposure(results: Results, iso: float | None) -> float:
         record.get("exposure_s") for record in series if record.get("kind") == "chart" and record.get("iso") == iso
     ]
     return max((float(time) for time in times if isinstance(time, (int, float))), default=0.0)
-
-
-def _bits(results: Results) -> int | None:
-    bits = results.study.get("bit_depth")
-    return bits if isinstance(bits, int) else None
 
 
 def _camera(results: Results) -> _Record:

@@ -13,13 +13,21 @@ from fullwell.figures.emva_against_chart import Line, Told
 from fullwell.figures.matching import Crossing, Match
 from fullwell.figures.results import Row
 from fullwell.figures.side_by_side import Comparison, Side, TenFigures
-from fullwell.report.numbers import MISSING, show, show_exposure, show_iso, show_unit, show_value
+from fullwell.report.numbers import (
+    MISSING,
+    show,
+    show_change,
+    show_exposure,
+    show_iso,
+    show_statistic,
+    show_unit,
+    show_value,
+)
 from fullwell.report.pivots import title_of, tooltip
 from fullwell.report.plots_compare import comparison_pictures
 from fullwell.units import DECIBEL, STOP
 
 MOST_LINES: Final = 3000
-_MINUS: Final = "\N{MINUS SIGN}"
 _NOTABLE: Final = 0.01
 _HALF: Final = 0.5
 
@@ -179,7 +187,7 @@ def difference_cell(one: Difference | None) -> Cell:
     if one.statistic is None or one.p_value is None:
         title = "no error: one of the figures has none, they have no one truth, or both come from the same frames"
         return Cell(text=text, title=title, below=part)
-    statistic = f"{one.statistic:+.1f} s.e.".replace("-", _MINUS)
+    statistic = f"{show_statistic(one.statistic)} s.e."
     chance = "p < 0.0001" if one.p_value < 1e-4 else f"p = {one.p_value:.2g}"
     below = ", ".join(filter(None, (part, statistic, chance)))
     return Cell(text=text, below=below, notable=one.p_value < _NOTABLE)
@@ -191,7 +199,7 @@ def relative(one: Difference) -> str:
         return ""
     if not _HALF <= one.ratio <= 1.0 / _HALF:
         return f"{one.ratio:.3g} times"
-    return f"{100.0 * (one.ratio - 1.0):+.2g} %".replace("-", _MINUS)
+    return f"{show_change(100.0 * (one.ratio - 1.0))} %"
 
 
 def _crossing(crossing: Crossing, sides: Sequence[Side]) -> CrossLine:

@@ -10,7 +10,16 @@ from fullwell import glossary
 from fullwell.figures.results import Row
 from fullwell.raw.cfa import channel_rank
 from fullwell.report.chosen_models import Chosen
-from fullwell.report.numbers import MISSING, show, show_interval, show_iso, show_plain, show_unit, show_value
+from fullwell.report.numbers import (
+    MISSING,
+    show,
+    show_interval,
+    show_iso,
+    show_plain,
+    show_statistic,
+    show_unit,
+    show_value,
+)
 from fullwell.report.pivots import recommended, title_of, tooltip
 from fullwell.report.reasons import reason
 
@@ -287,7 +296,7 @@ def _difference(pair: _Pair) -> str:
     value, error = _reference(pair)
     if not error:
         return MISSING
-    return f"{(pair.legacy.measured.value - value) / error:+.1f} standard errors".replace("-", _MINUS)
+    return f"{show_statistic((pair.legacy.measured.value - value) / error)} standard errors"
 
 
 def _relative(apart: float) -> str:

@@ -115,6 +115,30 @@ def show_plain(value: float | None) -> str:
     return _significant(value, _FREE_DIGITS)
 
 
+def show_change(value: float) -> str:
+    """Return a difference with its sign, to two significant digits.
+
+    Examples
+    --------
+    >>> show_change(-0.4789), show_change(99.9), show_change(9.5e-06), show_change(0.0)
+    ('\N{MINUS SIGN}0.48', '+100', '+9.5 × 10⁻⁶', '0')
+
+    """
+    return _signed(_significant(abs(value), 2), value)
+
+
+def show_statistic(value: float, decimals: int = 1) -> str:
+    """Return what is counted in standard errors, with its sign.
+
+    Examples
+    --------
+    >>> show_statistic(-1.26), show_statistic(0.04)
+    ('\N{MINUS SIGN}1.3', '+0.0')
+
+    """
+    return _signed(f"{abs(value):.{decimals}f}", value)
+
+
 def show_unit(unit: str) -> str:
     """Return a unit with superscripts; nothing for the unit 1.
 
@@ -150,6 +174,10 @@ def show_exposure(seconds: float | None) -> str:
 def show_iso(iso: float | None) -> str:
     """Return how an ISO is called, also where nobody knows it."""
     return "unknown ISO" if iso is None else f"ISO {iso:g}"
+
+
+def _signed(magnitude: str, value: float) -> str:
+    return magnitude if value == 0.0 else f"{_MINUS if value < 0.0 else '+'}{magnitude}"
 
 
 def _usable(error: float | None) -> float | None:

@@ -11,7 +11,7 @@ from fullwell.report.curves import Table
 from fullwell.report.drawing import Figure, key
 from fullwell.report.drawing.images import Shown
 from fullwell.report.drawing.style import INK, QUIET
-from fullwell.report.numbers import show_exposure, show_iso
+from fullwell.report.numbers import show_change, show_exposure, show_iso
 from fullwell.report.pictures import ShadingDifferencePicture, ShadingPicture
 from fullwell.report.plots import WIDTH_IN, Picture, canvas, channel_legend, color_of, grid_of, iso_title, picture
 from fullwell.report.plots_surface import (
@@ -238,7 +238,7 @@ def _corners(values: np.ndarray) -> float:
 
 
 def _percent(value: float) -> str:
-    return f"{value:+.2g} %".replace("-", "\N{MINUS SIGN}")
+    return f"{show_change(value)} %"
 
 
 def _probability(value: float) -> str:

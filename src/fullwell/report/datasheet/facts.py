@@ -74,7 +74,7 @@ def basic_facts(results: Results) -> tuple[Fact, ...]:
         stated("Resolution", size),
         stated("Pixel size", f"{pitch} µm × {pitch} µm" if pitch else area),
         *(stated(label, text_of(emva.get(key), unit)) for label, key, unit in (*technology, *_AFTER)),
-        stated("Bits of a code", text_of(results.study.get("bit_depth"))),
+        stated("Bits of a code", text_of(results.code_bits)),
         stated("Colour filter array", str(results.study.get("cfa") or "")),
     )
 

@@ -28,6 +28,8 @@ VOLT_PER_SECOND: Final = "V/s"
 _NORMAL_975: Final = 1.959963984540054
 _MANY_DOF: Final = 1e4
 """Degrees of freedom above which the normal holds."""
+_FEW_DOF: Final = 8.0
+"""Degrees of freedom below which an error may be small by chance."""
 
 
 def student_975(dof: float | None) -> float:
@@ -39,8 +41,8 @@ def student_975(dof: float | None) -> float:
     return float(stdtrit(dof, 0.975))
 
 
-def combined_dof(*parts: tuple[float, float | None]) -> float | None:
-    """Return the degrees of freedom of a sum of independent errors (Welch and Satterthwaite).
+def welch_dof(*parts: tuple[float, float | None]) -> float | None:
+    """Return the degrees of freedom of a mean of like errors (Welch and Satterthwaite).
 
     Parameters
     ----------
@@ -54,15 +56,44 @@ def combined_dof(*parts: tuple[float, float | None]) -> float | None:
 
     Examples
     --------
-    >>> combined_dof((1.0, 4.0), (0.0, None))
+    >>> welch_dof((1.0, 4.0), (0.0, None))
     4.0
-    >>> combined_dof((1.0, None), (1.0, None)) is None
+    >>> welch_dof((1.0, None), (1.0, None)) is None
     True
 
     """
     total = sum(error**2 for error, _ in parts)
     doubt = sum(error**4 / dof for error, dof in parts if dof is not None)
     return None if doubt * _MANY_DOF < total**2 or doubt == 0.0 else total**2 / doubt
+
+
+def combined_dof(*parts: tuple[float, float | None]) -> float | None:
+    """Return the degrees of freedom of a sum of errors, which is known no better than any of them.
+
+    Those of `welch_dof` are too many where an error of few degrees of freedom came out small by chance beside one that
+    is known well: of 1 beside one of a third of its size, 87 % of the intervals are true. Where its own interval would
+    be the wider one, the sum is given the degrees of freedom that make its interval as wide; 95 % are true then.
+
+    Parameters
+    ----------
+    *parts
+        Standard error and degrees of freedom (None or infinity: many) of each part.
+
+    Examples
+    --------
+    >>> round(combined_dof((1.0, 1.0), (1.0, None)) or 0.0, 2)
+    1.18
+
+    """
+    dof = welch_dof(*parts)
+    few = [part for part in parts if part[0] > 0.0 and part[1] is not None and part[1] < min(_FEW_DOF, dof or math.inf)]
+    total = math.hypot(*(error for error, _ in parts))
+    widest = max((student_975(own) * error / total for error, own in few), default=0.0)
+    if widest <= student_975(dof):
+        return dof
+    from scipy.special import stdtridf  # noqa: PLC0415 - `fullwell --help` must not load SciPy
+
+    return float(stdtridf(0.975, widest))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from scipy.special import chdtrc, fdtrc
 
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.solvers import levenberg_marquardt
-from fullwell.units import DN, DN_PER_SECOND, ELECTRON_PER_SECOND, Measured, combined_dof, student_975
+from fullwell.units import DN, DN_PER_SECOND, ELECTRON_PER_SECOND, Measured, student_975, welch_dof
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,7 +160,7 @@ def fit_dark_line(
     known = np.broadcast_to(np.asarray(mean_std_error_dn, np.float64), time.shape)
     covariance = np.asarray((projection * known**2) @ projection.T, np.float64)
     known_dof = np.broadcast_to(np.asarray(math.inf if mean_dof is None else mean_dof, np.float64), time.shape)
-    slope_dof = combined_dof(*zip((projection[1] * known).tolist(), known_dof.tolist(), strict=True))
+    slope_dof = welch_dof(*zip((projection[1] * known).tolist(), known_dof.tolist(), strict=True))
     return _dark_line((intercept, slope), covariance, slope_dof, time, residuals)
 
 

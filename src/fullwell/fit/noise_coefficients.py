@@ -4,6 +4,7 @@ k enters the model squared, so intervals live in variance space and are mapped b
 negative, which says that there is no fixed pattern to be seen (METHOD 0, 1.7).
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fullwell.fit.photon_transfer import fit_photon_transfer
-from fullwell.units import ONE, Measured, square_root, student_975
+from fullwell.units import ONE, Measured, combined_dof, square_root, student_975
 
 CRITICAL_RATIO: Final = 2.71
 """95 % point of half a chi-square with none and half with one degree of freedom: the boundary's law (METHOD 1.7)."""
@@ -69,6 +70,7 @@ def k_coefficients(
     convention: str,
     dof: float | None = None,
     offset_std_error_dn: float = 0.0,
+    offset_dof: float | None = None,
 ) -> NoiseCoefficientFit:
     """Return the k's of a fit in DN (METHOD 0, 1.7).
 
@@ -85,13 +87,18 @@ def k_coefficients(
     offset_std_error_dn
         Standard error of the black level: a shift of it goes into A as B times the shift, unseen by the fit
         (METHOD 2.1) [DN].
+    offset_dof
+        Degrees of freedom of that error; None for many.
 
     """
-    covariance = covariance + np.diag([(coefficients[1] * offset_std_error_dn) ** 2, 0.0, 0.0])
+    errors = np.sqrt(np.diagonal(covariance))
+    by_offset = abs(float(coefficients[1])) * offset_std_error_dn
+    parts = ((math.hypot(errors[0], by_offset), combined_dof((float(errors[0]), dof), (by_offset, offset_dof))),)
+    parts += ((float(errors[1]), dof), (float(errors[2]), dof))
     scales = (digital_maximum**-2, 1.0 / digital_maximum, 1.0)
     dark, shot, fixed = (
-        boundary_variance(scale * value, scale * error, dof=dof)
-        for scale, value, error in zip(scales, coefficients, np.sqrt(np.diagonal(covariance)), strict=True)
+        boundary_variance(scale * value, scale * error, dof=own)
+        for scale, value, (error, own) in zip(scales, coefficients, parts, strict=True)
     )
     return NoiseCoefficientFit(
         k_dark=square_root(dark, ONE),

@@ -17,7 +17,7 @@ from fullwell.fit.tile_pooling import PooledTiles, Tiles, dark_tiles, pattern_ti
 from fullwell.fit.variance_components import degrees_of_freedom, modified_large_sample_interval
 from fullwell.statistics.pattern import Pattern
 from fullwell.statistics.series import MeanSquares, TileStatistics
-from fullwell.units import DN2, Measured, combined_dof, student_975
+from fullwell.units import DN2, Measured, student_975, welch_dof
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,7 +222,7 @@ def _sum_of(parts: Sequence[_Part], unit: str, *, less: float = 0.0) -> Measured
         value=value - less,
         unit=unit,
         std_error=math.hypot(*(part.error for part in parts)),
-        dof=combined_dof(*((part.error, part.dof) for part in parts)),
+        dof=welch_dof(*((part.error, part.dof) for part in parts)),
         ci95=(value - less - math.hypot(below, either), value - less + math.hypot(above, either)),
     )
 

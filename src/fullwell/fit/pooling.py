@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
-from fullwell.units import Measured, combined_dof
+from fullwell.units import Measured, combined_dof, welch_dof
 
 SIGNIFICANCE: Final = 0.01
 """Chance that measurements which are the same are said to differ."""
@@ -65,7 +65,7 @@ def weighted_mean(measurements: Sequence[Measured]) -> WeightedMean:
         measured=Measured.student(
             mean,
             math.sqrt(meier / float(weight.sum())),
-            combined_dof(*zip((share * error).tolist(), dof.tolist(), strict=True)),
+            welch_dof(*zip((share * error).tolist(), dof.tolist(), strict=True)),
             unit,
         ),
         p_value=_welch_p(q, share, dof),
@@ -105,7 +105,7 @@ def equal_mean(measurements: Sequence[Measured]) -> Measured:
     parts = [(measured.std_error or 0.0, measured.dof) for measured in measurements]
     mean = float(np.mean([measured.value for measured in measurements]))
     error = math.hypot(*(error for error, _ in parts)) / len(measurements)
-    return Measured.student(mean, error, combined_dof(*parts), measurements[0].unit)
+    return Measured.student(mean, error, welch_dof(*parts), measurements[0].unit)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

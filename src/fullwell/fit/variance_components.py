@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from fullwell.statistics.series import MeanSquares
-from fullwell.units import DN2, Measured, combined_dof
+from fullwell.units import DN2, Measured, welch_dof
 
 EFFECTS: Final = ("t", "v", "h", "tv", "th", "vh", "tvh")
 
@@ -206,7 +206,7 @@ def combined(
         expected = np.maximum(square, [_least(mean_squares, effect) for effect in combination])
     errors = np.abs(factor) * expected * np.sqrt(2.0 / dof)
     std_error = float(np.sqrt(np.sum(errors**2)))
-    known = combined_dof(*zip(errors.tolist(), dof.tolist(), strict=True))
+    known = welch_dof(*zip(errors.tolist(), dof.tolist(), strict=True))
     if not modified_interval:
         return Measured.student(value, std_error, known, DN2)
     return Measured(

@@ -34,7 +34,17 @@ def measure_dark_current(bursts: IsoBursts) -> Section:
             curves.append(_curve(bursts, channel, line))
         if channel == groups[-1][0]:
             findings += _resolution(bursts, line)
+    if rows and len(unlit) == 2:
+        findings.append(_no_scatter(bursts))
     return Section(rows=tuple(rows), findings=tuple(findings), curves=tuple(curves))
+
+
+def _no_scatter(bursts: IsoBursts) -> Finding:
+    message = (
+        f"the unlit frames at {bursts.label} have two exposures: nothing shows whether the level drifts from one burst "
+        "to the next, and the errors of black level and dark current leave that out; take them at three or more"
+    )
+    return Finding(code="two-unlit-exposures", severity=Severity.WARNING, message=message)
 
 
 def _missing(bursts: IsoBursts) -> Finding:

@@ -120,7 +120,10 @@ def _measured(
     dark_section = measure_dark_current(bursts)
     transfer_section, transfers = measure_photon_transfer(bursts, levels)
     pattern_sections, patterns = _fixed_pattern(study, bursts, levels, transfers, workers=workers, maps_made=maps_made)
-    model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns)
+    black = next(
+        (row.measured for row in levels_section.rows if (row.quantity, row.channel) == ("black_level", "all")), None
+    )
+    model_section, models = measure_noise_coefficients(bursts, levels, transfers, patterns, black=black)
     shading_section, shadings = measure_shading(
         bursts, levels, transfers, patterns, camera=study.camera, workers=workers
     )

@@ -102,7 +102,7 @@ def measure_levels(
             )
         )
     given = any(one is not None and one.preferred == (USER,) for _, one, _ in decided)
-    rows += _pooled_black(bursts, levels, given=given)
+    rows += _pooled_black(study, bursts, levels, given=given)
     rows += masked_rows(masked, bursts)
     rows += maximum_rows(study, bursts, whites, maximum_dn)
     darks = [_from_darks(bursts, channel) for channel in bursts.channels]
@@ -140,6 +140,18 @@ def _black_evidence(study: Study, bursts: IsoBursts, index: int, area: MaskedAre
         method = USER if study.black_level.source == USER else METADATA
         evidence.append(declared_level(declared, method=method))
     return tuple(evidence)
+
+
+def _fused_mean(study: Study, bursts: IsoBursts) -> Measured | None:
+    """Return what unlit frames and metadata say of the mean of all channels; None where unlit frames do not tell it."""
+    measured = dark_frames_level(bursts.unlit, bursts.channels)
+    if measured is None or not measured.std_error:
+        return measured
+    declared = [level for index in range(len(bursts.channels)) if (level := declared_black(study, index)) is not None]
+    evidence = [Evidence(method=DARK_FRAMES, measured=measured)]
+    if declared:
+        evidence.append(declared_level(sum(declared) / len(declared)))
+    return fuse(evidence).measured
 
 
 def _inseparable_rows(bursts: IsoBursts, channel: str) -> tuple[Row, ...]:
@@ -227,12 +239,12 @@ def _black_findings(bursts: IsoBursts, fused: Sequence[tuple[str, FusedLevel | N
     return tuple(findings)
 
 
-def _pooled_black(bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: bool) -> tuple[Row, ...]:
+def _pooled_black(study: Study, bursts: IsoBursts, levels: Sequence[ChannelLevels], *, given: bool) -> tuple[Row, ...]:
     known = [level.black for level in levels if level.black is not None]
     if len(levels) < 2 or len(known) < len(levels):
         return ()
     identified = all(level.black_identified for level in levels)
-    measured = dark_frames_level(bursts.unlit, bursts.channels) if identified and not given else None
+    measured = _fused_mean(study, bursts) if identified and not given else None
     _, p_value = pool_channels(known)
     flags = {"channels-differ"} if p_value < SIGNIFICANCE else set[str]()
     if given:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -87,8 +87,10 @@ def measure_noise_coefficients(
     levels: Sequence[ChannelLevels],
     transfers: Sequence[ChannelTransfer],
     patterns: Sequence[ChannelPattern],
+    *,
+    black: Measured | None,
 ) -> tuple[Section, tuple[ChannelModel, ...]]:
-    """Fit the three-term noise model of every channel at one ISO."""
+    """Fit the three-term noise model of every channel at one ISO; ``black`` is the level of all channels [DN]."""
     models: list[ChannelModel] = []
     rows: list[Row] = []
     fitted: list[NoiseCoefficientFit] = []
@@ -105,12 +107,13 @@ def measure_noise_coefficients(
             convention="white level",
             dof=model.dof,
             offset_std_error_dn=level.black.std_error or 0.0,
+            offset_dof=level.black.dof,
         )
         models.append(model)
         fitted.append(ks)
         flags = _flags(misfit=model.misfit, identified=level.black_identified)
         rows += _rows(bursts, level.channel, _variances(ks), n=model.n, flags=flags)
-    rows += _pooled(bursts, levels, models, fitted)
+    rows += _pooled(bursts, levels, models, fitted, black=black)
     return Section(rows=tuple(rows)), tuple(models)
 
 
@@ -201,6 +204,35 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines) -> _Pool
     )
 
 
+def _with_offset(
+    models: Sequence[ChannelModel], own: Sequence[Measured | None], black: Measured | None
+) -> list[ChannelModel]:
+    """Return models whose k_dark err together as the black levels do, which are those of the same frames.
+
+    The error of the mean of n levels tells what they share: n^2 times its square holds that n^2 times, and what is each
+    level's own n times.
+
+    Parameters
+    ----------
+    models, own
+        By channel, and their black levels [DN].
+    black
+        The mean of the black levels [DN].
+
+    """
+    if black is None or black.std_error is None:
+        return list(models)
+    count, alone = len(own), sum((one.std_error or 0.0) ** 2 for one in own if one is not None)
+    shared_dn = math.sqrt(max((count * black.std_error) ** 2 - alone, 0.0) / (count * (count - 1)))
+    return [
+        replace(
+            one,
+            shared=(replace(one.shared[0], frame=(shared_dn * float(one.coefficients[1]), black.dof)), *one.shared[1:]),
+        )
+        for one in models
+    ]
+
+
 def _shares_taken_off(
     plane: PlaneStatistics, *, along: int, terms: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -266,11 +298,14 @@ def _pooled(
     levels: Sequence[ChannelLevels],
     models: Sequence[ChannelModel],
     fitted: Sequence[NoiseCoefficientFit],
+    *,
+    black: Measured | None,
 ) -> tuple[Row, ...]:
     """Return the channels' k's as one: the weighted mean of their variances, and a flag where they differ."""
     if len(levels) < 2 or len(fitted) < len(levels):
         return ()
     parts = list(zip(*(_variances(ks) for ks in fitted), strict=True))
+    models = _with_offset(models, [level.black for level in levels], black)
     maximum_dn = fitted[0].digital_maximum
     shared = [[one.shared[term].scaled(maximum_dn**power) for one in models] for term, power in enumerate((-2, -1, 0))]
     pooled = [

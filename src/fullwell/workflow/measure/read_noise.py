@@ -22,6 +22,8 @@ from fullwell.workflow.measure.rounding import rounding_error_dn2
 from fullwell.workflow.measure.section import RowWriter, Section
 
 READ_NOISE = "read_noise"
+TOLD = 4.0
+"""Standard errors that a variance extrapolated to no exposure has to be."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,13 +146,13 @@ def total_temporal_variance(plane: PlaneStatistics) -> Measured:
 def _without_exposure(exposures_s: Sequence[float], variances: Sequence[Measured]) -> Measured | None:
     """Extrapolate the variance of dark frames to no exposure: the shot noise of dark current grows with time.
 
-    None where there are fewer than two exposures, or nothing varies.
+    None where there are fewer than two exposures, nothing varies, or they lie too close together to tell.
     """
     if len(set(exposures_s)) < 2 or not all(one.value > 0.0 and one.std_error for one in variances):
         return None
     dof = [2.0 * (one.value / (one.std_error or math.inf)) ** 2 for one in variances]
-    fit = fit_photon_transfer(exposures_s, [one.value for one in variances], dof, n=None, terms=2)
-    return fit.intercept
+    at_zero = fit_photon_transfer(exposures_s, [one.value for one in variances], dof, n=None, terms=2).intercept
+    return at_zero if at_zero.value > TOLD * (at_zero.std_error or 0.0) else None
 
 
 def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:

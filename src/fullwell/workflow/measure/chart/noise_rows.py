@@ -74,6 +74,7 @@ def coefficients_of(levels: ChartLevels, model: ChartModel) -> NoiseCoefficientF
         convention="white level",
         dof=model.fit.dof,
         offset_std_error_dn=black.error_dn,
+        offset_dof=black.level.dof,
     )
     if black.identified:
         return fitted

@@ -16,14 +16,15 @@ import pytest
 from mixed_study import TILE, assert_same_reduction, mixed_study, write_frame
 
 from fullwell.cli.parsing import cache_from
-from fullwell.errors import UsageError
+from fullwell.errors import UnreadableFileError, UsageError
 from fullwell.frames.series import Frame, Kind, Study
+from fullwell.raw.isolation import GAVE_UP
 from fullwell.workflow.cache import fingerprint, series_cache
 from fullwell.workflow.cache.opening import opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.options import CacheChoice, Options
 from fullwell.workflow.reduce import Reduction, reduce_study
-from fullwell.workflow.slots import Slots, Told
+from fullwell.workflow.slots import Slots, Told, hash_of
 
 KEPT = (Kind.FLAT, Kind.DARK)
 
@@ -236,6 +237,24 @@ def test_a_series_with_an_unreadable_file_is_not_kept(study: Study, folder: Path
     fresh = reduced(study, folder)
     assert len(list(folder.glob("*.series"))) == len(study.series) - 1
     assert_equal(reduced(study, folder), fresh)
+
+
+def test_a_series_whose_decoder_gave_up_is_read_again(
+    study: Study, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may have been the machine: a decoder that ran out of memory, or that somebody ended."""
+    lost, read = "flat-0.02-06.dng", Slots.read
+
+    def fail(self: Slots, frame: Frame, told: Told, *, whole: bool = False, two: bool = False) -> None:
+        read(self, frame, told, whole=whole, two=two)
+        if frame.name == lost:
+            told(frame, hash_of(frame.header))
+            raise UnreadableFileError(GAVE_UP, "the decoder gave up")
+
+    with monkeypatch.context() as failing:
+        failing.setattr(Slots, "read", fail)
+        assert [one.name for one in reduced(study, folder).excluded] == [lost]
+    assert_equal(reduced(study, folder), reduced(study, None))
 
 
 def test_what_is_not_used_is_removed(study: Study, folder: Path) -> None:

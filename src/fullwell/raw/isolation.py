@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 
 from fullwell.errors import RawFileError, UnreadableFileError, UnsuitableFileError
 
+GAVE_UP: Final = "decoder-failed"
+"""Code of a file whose decoder died or was ended: the file may have done that, or the machine."""
 _PROGRAM: Final = "fullwell.raw.decoder_process"
 _BASE_S: Final = 5.0
 _S_PER_MB: Final = 0.25
@@ -104,6 +106,7 @@ class _Process:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             env=os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+            process_group=0,  # an interruption from the terminal would pass for a crash
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
         self._input = cast("BinaryIO", self._process.stdin)
@@ -175,9 +178,7 @@ def _taken() -> _Process:
 
 
 def _failed(what: str) -> UnreadableFileError:
-    return UnreadableFileError(
-        "decoder-failed", f"the decoder gave up on the file ({what}): it is damaged; copy it again"
-    )
+    return UnreadableFileError(GAVE_UP, f"the decoder gave up on the file ({what}): it is damaged; copy it again")
 
 
 def _error(reply: Mapping[str, Any]) -> RawFileError:

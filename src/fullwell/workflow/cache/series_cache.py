@@ -21,6 +21,7 @@ from xxhash import xxh3_128
 
 from fullwell.errors import UsageError
 from fullwell.frames.series import Frame, Series, SeriesKey
+from fullwell.raw.isolation import GAVE_UP
 from fullwell.workflow.cache.fingerprint import fingerprint
 from fullwell.workflow.cache.packing import DamagedError, read_packed, write_packed
 from fullwell.workflow.executor import in_threads
@@ -108,11 +109,12 @@ class SeriesCache:
         Returns
         -------
         SeriesOutcome or None
-            None where it is not kept: a file could not be read at all, or the folder cannot be written to.
+            None where it is not kept: a file could not be read at all, its decoder gave up, which the next one may not
+            do, or the folder cannot be written to.
 
         """
         names = sorted(frame.name for frame in series.frames)
-        if any(name not in outcome.hashes for name in names):
+        if any(name not in outcome.hashes for name in names) or any(one.code == GAVE_UP for one in outcome.excluded):
             return None
         hashes = {name: outcome.hashes[name] for name in names}
         entry = _Entry(

@@ -70,6 +70,36 @@ def test_an_exit_passes_the_guard_untouched(tmp_path: Path) -> None:
     assert caught.value.exit_code == 1
 
 
+def interrupt_twice(first: str, second: str, removed: list[str]) -> None:
+    with guarded(verbose=False):
+        try:
+            signal.raise_signal(signal.Signals[first])
+        finally:
+            signal.raise_signal(signal.Signals[second])
+            removed.append("all")
+
+
+@pytest.mark.parametrize(("first", "second"), [("SIGINT", "SIGINT"), ("SIGTERM", "SIGINT"), ("SIGINT", "SIGTERM")])
+@pytest.mark.usefixtures("interruptible")
+def test_a_second_interrupt_does_not_stop_the_removal_of_what_is_half_done(first: str, second: str) -> None:
+    removed: list[str] = []
+    with pytest.raises(typer.Exit) as caught:
+        interrupt_twice(first, second, removed)
+    assert removed == ["all"]
+    assert caught.value.exit_code == 130
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_what_takes_too_long_to_remove_can_be_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fullwell.cli.status._PATIENCE_S", 0.0)
+    removed: list[str] = []
+    with pytest.raises(typer.Exit) as caught:
+        interrupt_twice("SIGINT", "SIGINT", removed)
+    assert removed == []
+    assert caught.value.exit_code == 130
+
+
 @pytest.mark.skipif(os.name == "nt", reason="needs a signal that only POSIX can send to one process")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_an_interrupt_is_status_130_and_leaves_nothing(program: list[str], tmp_path: Path, name: str) -> None:

@@ -122,6 +122,20 @@ def test_a_decoder_that_dies_or_hangs_takes_nothing_with_it(
     assert read_header(path).model == "NIKON D9999"
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no process groups")
+def test_an_interruption_from_the_terminal_does_not_reach_a_decoder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes to the group of the command; a decoder that dies of it would leave a good frame out."""
+    reply = "{'alone': os.getpgrp() == os.getpid()}"
+    (tmp_path / "telling.py").write_text(f"import json, os\ninput()\nprint(json.dumps({reply}), flush=True)\n")
+    monkeypatch.setattr(isolation, "_PROGRAM", "telling")
+    monkeypatch.setattr(isolation, "_idle", [])
+    monkeypatch.setattr(isolation, "_MOST_FILES", 1)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert isolation.ask("anything", b"") == {"alone": True}
+
+
 def test_processor_time_is_limited_where_the_system_can(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if sys.platform == "win32":
         pytest.skip("Windows limits no processor time: the clock does")

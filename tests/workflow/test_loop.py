@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -16,6 +17,7 @@ from fullwell.simulate.truth import true_values
 from fullwell.testing import simulation
 from fullwell.workflow.loop.design import LARGEST_PATCH, MOST_PIXELS, design_of
 from fullwell.workflow.loop.loop import LoopOptions, loop
+from fullwell.workflow.loop.repeats import Repeat, run_repeat
 from fullwell.workflow.loop.source import source_of
 
 CAMERAS: Final = 3
@@ -139,6 +141,14 @@ def test_figures_do_not_depend_on_the_number_of_workers(closed: Path, tmp_path: 
     config.write_text(config_text(simulation(seed=5, study=STUDY).table), encoding="utf-8")
     loop(config, tmp_path / "one", options=LoopOptions(repeats=CAMERAS, workers=1))
     assert read(tmp_path / "one")[1]["figures"] == read(closed)[1]["figures"]
+
+
+def test_sums_of_further_cameras_lie_with_their_frames(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that is ended leaves them, and they go with the frames."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    config = simulation(seed=1, study=STUDY)
+    assert run_repeat(Repeat(config=config, folder=tmp_path / "one", keep=False))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_published_figures_are_a_camera(tmp_path: Path) -> None:

@@ -1,14 +1,17 @@
 """Exit statuses, and how an exception becomes one: a sentence on stderr, no traceback without ``--verbose``."""
 
+import math
 import os
 import platform
 import shlex
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
+from types import FrameType
 from typing import Final
 
 import typer
@@ -22,6 +25,8 @@ DONE: Final = 0
 DONE_WITH_ERRORS: Final = 1
 BAD_USE: Final = 2
 BUG: Final = 70
+_PATIENCE_S: Final = 10.0
+"""How long what is half done may take to be removed before another interruption is heard [s]."""
 
 
 def status_of(findings: Iterable[Finding]) -> int:
@@ -40,7 +45,7 @@ def guarded(*, verbose: bool) -> Generator[None, None, None]:
 
     """
     try:
-        with _termination_interrupts():
+        with _interrupted_once():
             yield
         sys.stdout.flush()
     except FullwellError as error:
@@ -67,19 +72,33 @@ def guarded(*, verbose: bool) -> Generator[None, None, None]:
 
 
 @contextmanager
-def _termination_interrupts() -> Generator[None, None, None]:
-    """Let a request to end, as schedulers and containers send it, be an interruption: what is half done is removed."""
+def _interrupted_once() -> Generator[None, None, None]:
+    """Let Ctrl-C, and a request to end as schedulers and containers send it, be one interruption.
+
+    Upon it what is half done is removed. Another one would stop that: those that come within `_PATIENCE_S` are passed
+    over.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    former = signal.getsignal(signal.SIGTERM)
-    if former is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    last_s = -math.inf
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        nonlocal last_s
+        now_s = time.monotonic()
+        if now_s - last_s >= _PATIENCE_S:
+            last_s = now_s
+            raise KeyboardInterrupt
+
+    meant = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    former = {number: usual for number, usual in meant.items() if signal.getsignal(number) is usual}
+    for number in former:
+        signal.signal(number, interrupt)
     try:
         yield
     finally:
-        if former is signal.SIG_DFL:
-            signal.signal(signal.SIGTERM, former)
+        for number, usual in former.items():
+            signal.signal(number, usual)
 
 
 def _say(sentence: str, *, verbose: bool) -> None:

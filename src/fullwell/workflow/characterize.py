@@ -63,7 +63,13 @@ def characterize(path: Path, out: Path, *, options: Options, progress: Progress 
     with replaced_folder(out) as folder:
         with connected(options.dask, workers=options.workers) as cluster:
             measurement = _measure(
-                study, options=options, progress=progress, folder=folder, cache=cache, cluster=cluster
+                study,
+                options=options,
+                progress=progress,
+                folder=folder,
+                beside=folder.parent,
+                cache=cache,
+                cluster=cluster,
             )
         if cache is not None:
             cache.sweep()
@@ -81,7 +87,12 @@ def _refuse_to_replace(path: Path, out: Path) -> None:
 
 
 def measure(
-    path: Path, *, options: Options, progress: Progress | None = None, folder: Path | None = None
+    path: Path,
+    *,
+    options: Options,
+    progress: Progress | None = None,
+    folder: Path | None = None,
+    beside: Path | None = None,
 ) -> "Measurement":
     """Measure a study in this process.
 
@@ -91,9 +102,13 @@ def measure(
         As `characterize`.
     folder
         Where ``maps/`` and ``tables/`` are written; None writes neither, and takes no pictures.
+    beside
+        Where sums go that are too large for the memory, until they are measured; None: where the system keeps what is
+        temporary.
 
     """
-    return _measure(_study_to_measure(path, options), options=options, progress=progress, folder=folder)
+    study = _study_to_measure(path, options)
+    return _measure(study, options=options, progress=progress, folder=folder, beside=beside)
 
 
 def _study_to_measure(path: Path, options: Options) -> Study:
@@ -112,13 +127,13 @@ def _measure(
     options: Options,
     progress: Progress | None,
     folder: Path | None,
+    beside: Path | None,
     cache: SeriesCache | None = None,
     cluster: Cluster | None = None,
 ) -> "Measurement":
     """Measure a study, finished series from a cache where there is one, frames read by a cluster where there is one."""
     measured = replace(study, series=tuple(one for one in study.series if one.kind in MEASURED_KINDS))
     tile = options.tile or default_tile(study)
-    beside = None if folder is None else folder.parent
     keep_large_apart()
     with (
         tempfile.TemporaryDirectory(prefix="sums-", dir=beside, ignore_cleanup_errors=True) as scratch,

@@ -8,14 +8,14 @@ finished: Dask makes these again.
 import logging
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Generic, Self, TypeVar, cast
 
 from fullwell.errors import UsageError
 from fullwell.frames.series import Series
 from fullwell.workflow.cache import recipe
-from fullwell.workflow.executor import Progress
+from fullwell.workflow.executor import Progress, interruptions_later
 from fullwell.workflow.merge_tree import MergeTree, Task
 from fullwell.workflow.outcome import SeriesOutcome
 from fullwell.workflow.plan import Done, Plan
@@ -171,16 +171,16 @@ def connected(address: str | None, *, workers: int) -> Generator[DaskCluster | N
     except ImportError as error:
         raise UsageError("--dask needs Dask: install it with `pip install 'fullwell[dask]'`") from error
     if address == LOCAL:
-        with (
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                dashboard_address="127.0.0.1:0",  # any free port: clusters may stand side by side
-                silence_logs=logging.ERROR,
-                preload=[_DEAF],
-            ) as cluster,
-            Client(cluster) as client,
-        ):
+        with ExitStack() as held:
+            with interruptions_later():
+                cluster = LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    dashboard_address="127.0.0.1:0",  # any free port: clusters may stand side by side
+                    silence_logs=logging.ERROR,
+                    preload=[_DEAF],
+                )
+                client = held.enter_context(Client(held.enter_context(cluster)))
             yield DaskCluster(client)
         return
     try:

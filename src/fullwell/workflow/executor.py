@@ -1,7 +1,9 @@
 """Threads that work side by side until all is done, one fails, or the user interrupts."""
 
 import gc
+import signal
 import sys
+import threading
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -105,3 +107,34 @@ def short_turns() -> Generator[None]:
         yield
     finally:
         sys.setswitchinterval(before)
+
+
+@contextmanager
+def interruptions_later() -> Generator[None]:
+    """Let an interruption wait for the end of the block; processes that begin in it, and theirs, never hear of one.
+
+    A terminal sends it to every process of a command. Those that have only begun would answer with a traceback.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    former = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
+    heard = {number: handler for number, handler in former.items() if callable(handler)}
+    for number in heard:
+        signal.signal(number, lambda number, _frame: came.append(number))
+    blocks = hasattr(signal, "pthread_sigmask")
+    if blocks:
+        from multiprocessing.resource_tracker import ensure_running  # noqa: PLC0415 - loads when used
+
+        ensure_running()  # before, for it lets them through when it begins
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if blocks else set[int]()
+    try:
+        yield
+    finally:
+        if blocks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in heard.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            signal.raise_signal(number)

@@ -68,7 +68,7 @@ def turn(
     began = time.monotonic()
     simulated = simulate_config(config, frames, workers=options.workers, progress=progress)
     simulated_s = time.monotonic() - began
-    measurement = measure(frames, options=options, progress=progress, folder=out)
+    measurement = measure(frames, options=options, progress=progress, folder=out, beside=frames.parent)
     return Turn(
         seed=config.seed,
         frames=len(simulated.frames),

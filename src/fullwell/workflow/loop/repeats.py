@@ -4,11 +4,12 @@ import multiprocessing
 import shutil
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from fullwell.simulate.config import SimulationConfig
-from fullwell.workflow.executor import one_algebra_thread
+from fullwell.workflow.executor import interruptions_later, one_algebra_thread
 from fullwell.workflow.loop.camera import options_for, turn
 from fullwell.workflow.loop.tally import Share, shares_of
 
@@ -61,7 +62,11 @@ def run_repeats(repeats: tuple[Repeat, ...], *, workers: int, done: Callable[[],
             yield found
         return
     context = multiprocessing.get_context("spawn")
-    with context.Pool(min(workers, len(repeats)), initializer=_leave_interrupts_to_the_parent) as pool:
+    with ExitStack() as held:
+        with interruptions_later():
+            pool = held.enter_context(
+                context.Pool(min(workers, len(repeats)), initializer=_leave_interrupts_to_the_parent)
+            )
         for found in pool.imap(run_repeat, repeats):
             done()
             yield found

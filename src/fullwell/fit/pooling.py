@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from fullwell.fit.variance_components import modified_large_sample_interval
 from fullwell.units import Measured, combined_dof, welch_dof
 
 SIGNIFICANCE: Final = 0.01
@@ -129,7 +130,7 @@ class SharedErrors:
     column: tuple[float, float | None] = (0.0, None)
 
     @classmethod
-    def of_variances(cls, *, frame: float = 0.0, row: float, column: float, dof: tuple[int, int, int]) -> Self:
+    def of_variances(cls, *, frame: float = 0.0, row: float, column: float, dof: tuple[float, float, float]) -> Self:
         """Return the errors that so much variance of whole frames, rows and columns has for being a sample.
 
         Parameters
@@ -141,7 +142,7 @@ class SharedErrors:
 
         """
 
-        def error(variance: float, known: int) -> tuple[float, float]:
+        def error(variance: float, known: float) -> tuple[float, float]:
             return max(variance, 0.0) * math.sqrt(2.0 / known), float(known)
 
         return cls(frame=error(frame, dof[0]), row=error(row, dof[1]), column=error(column, dof[2]))
@@ -164,24 +165,68 @@ def mean_of_sites(
     shared
         What of each error other sites have in common: it does not average out.
     weighted
-        By inverse variance, where no error has fewer than eight degrees of freedom.
+        By inverse variance, where no error of its own has fewer than eight degrees of freedom. A variance of few lines
+        has an error that follows its value: weights leave what is shared out, or the mean would be too low.
 
     """
-    by_variance = weighted and all(one.std_error and (one.dof is None or one.dof >= _FEW) for one in measurements)
-    weights = np.array([(one.std_error or 1.0) ** -2 if by_variance else 1.0 for one in measurements])
+    own = [_own(measured, common) for measured, common in zip(measurements, shared, strict=True)]
+    by_variance = weighted and all(error and (dof is None or dof >= _FEW) for error, dof in own)
+    weights = np.array([error**-2 if by_variance else 1.0 for error, _ in own])
     weights /= weights.sum()
-    parts: list[tuple[float, float | None]] = []
-    for weight, measured, common in zip(weights, measurements, shared, strict=True):
-        squares = [error**2 for error, _ in (common.frame, common.rounding, common.row, common.column)]
-        own = math.sqrt(max((measured.std_error or 0.0) ** 2 - sum(squares), 0.0))
-        parts.append((float(weight) * own, measured.dof))
+    parts: list[tuple[float, float | None]] = [
+        (float(weight) * error, dof) for weight, (error, dof) in zip(weights, own, strict=True)
+    ]
     for of_all in ([one.frame for one in shared], [one.rounding for one in shared]):
         parts += _together(of_all, weights, _SITES)
-    parts += _together([one.row for one in shared], weights, _BESIDE)
-    parts += _together([one.column for one in shared], weights, _ABOVE)
+    lines = _together([one.row for one in shared], weights, _BESIDE)
+    lines += _together([one.column for one in shared], weights, _ABOVE)
     mean = float(weights @ np.array([measured.value for measured in measurements]))
     error = math.hypot(*(error for error, _ in parts))
-    return Measured.student(mean, error, combined_dof(*parts), measurements[0].unit)
+    return with_lines(Measured.student(mean, error, combined_dof(*parts), measurements[0].unit), lines)
+
+
+def with_lines(variance: Measured, lines: Iterable[tuple[float, float | None]]) -> Measured:
+    """Return a variance with the error that a sample of few rows and columns adds to it (METHOD 1.4, 3.5).
+
+    Variances of lines follow chi-square, whose interval reaches further up than down: the modified large-sample method
+    (Graybill and Wang) joins it to the rest.
+
+    Parameters
+    ----------
+    variance
+        With the rest of its error, and an interval.
+    lines
+        Errors for being a sample and their degrees of freedom, as `SharedErrors` has them.
+
+    """
+    known = [(error, dof) for error, dof in lines if error > 0.0 and dof is not None]
+    if not known or variance.ci95 is None:
+        return variance
+    rest = (variance.std_error or 0.0, variance.dof)
+    errors, dof = (np.array(column) for column in zip(*known, strict=True))
+    part = errors * np.sqrt(dof / 2.0)
+    low, high = modified_large_sample_interval(part, dof)
+    return replace(
+        variance,
+        std_error=math.hypot(rest[0], *errors),
+        dof=combined_dof(rest, *known),
+        ci95=(
+            variance.value - math.hypot(variance.value - variance.ci95[0], float(part.sum()) - low),
+            variance.value + math.hypot(variance.ci95[1] - variance.value, high - float(part.sum())),
+        ),
+    )
+
+
+def _own(measured: Measured, common: SharedErrors) -> tuple[float, float | None]:
+    """Return what is left of an error without that which sites share, and its degrees of freedom."""
+    shared = (common.frame, common.rounding, common.row, common.column)
+    whole = measured.std_error or 0.0
+    error = math.sqrt(max(whole**2 - sum(part**2 for part, _ in shared), 0.0))
+    doubt = 0.0 if measured.dof is None else whole**4 / measured.dof
+    doubt -= sum(part**4 / dof for part, dof in shared if dof is not None)
+    if measured.dof is None or doubt <= 0.0:
+        return error, None
+    return error, max(error**4 / doubt, measured.dof)
 
 
 def _together(

@@ -3,16 +3,22 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.figures.results import Row
 from fullwell.fit.noise_coefficients import NoiseCoefficientFit, k_coefficients
-from fullwell.fit.nonuniformity import Nonuniformity
 from fullwell.fit.photon_transfer import fit_burst_photon_transfer
-from fullwell.fit.pooling import SIGNIFICANCE, SharedErrors, mean_of_sites, mean_sharing_errors, pool_channels
+from fullwell.fit.pooling import (
+    SIGNIFICANCE,
+    SharedErrors,
+    mean_of_sites,
+    mean_sharing_errors,
+    pool_channels,
+    with_lines,
+)
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.statistics.tiles import SURFACE_TERMS, edges
 from fullwell.units import ONE, Measured
@@ -29,19 +35,23 @@ METHOD = "gamma-likelihood"
 OUTSTANDING = 2.0
 """Standard errors from which on the pattern of rows or columns counts."""
 _NAMES = ("k_dark", "k_shot", "k_fpn")
+_POWERS = (-2, -1, 0)
+"""Of D, by which A, B and C become squared k's."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelModel:
     """The three-term noise model of one channel: single-frame coefficients A, B, C and their covariance.
 
-    ``rounding_limited`` says that A is only known to the unknown phase of rounding, which channels have in common;
-    ``shared`` is what patterns of rows and columns make of the errors of A, B and C: channels share these too.
+    ``fit_covariance`` is that of the fit alone, without what a sample of few rows and columns adds; the latter is
+    ``shared`` (by A, B and C), since channels share patterns of rows and columns. ``rounding_limited`` says that A is
+    only known to the unknown phase of rounding, which channels have in common.
     """
 
     channel: str
     coefficients: NDArray[np.float64]
     covariance: NDArray[np.float64]
+    fit_covariance: NDArray[np.float64]
     dof: float | None
     misfit: bool
     rounding_limited: bool
@@ -58,28 +68,34 @@ class _Lines:
     temporal
         Of one frame, from unlit frames [DN^2].
     dark, response
-        Fixed pattern: of the dark level [DN^2] and of the response [1]; 0 where it does not stand out from its error.
+        Fixed pattern: of the dark level [DN^2] and of the response [1].
 
     """
 
     temporal: tuple[float, float]
-    dark: tuple[float, float] = (0.0, 0.0)
-    response: tuple[float, float] = (0.0, 0.0)
+    dark: "tuple[_Line, _Line]"
+    response: "tuple[_Line, _Line]"
 
     @classmethod
     def of(cls, bursts: IsoBursts, pattern: ChannelPattern) -> Self:
         """Return the lines of a channel."""
+        known = (pattern.dsnu, pattern.prnu)
+        dark, response = ((_Line.of(one and one.row), _Line.of(one and one.column)) for one in known)
+        return cls(temporal=line_noise(bursts, pattern.channel), dark=dark, response=response)
 
-        def told(pattern: Nonuniformity | None) -> tuple[float, float]:
-            if pattern is None:
-                return 0.0, 0.0
-            row, column = (
-                one.value if one.value > OUTSTANDING * (one.std_error or 0.0) else 0.0
-                for one in (pattern.row, pattern.column)
-            )
-            return row, column
 
-        return cls(temporal=line_noise(bursts, pattern.channel), dark=told(pattern.dsnu), response=told(pattern.prnu))
+class _Line(NamedTuple):
+    """A fixed pattern of rows or columns: its variance, and the degrees of freedom that it is known with."""
+
+    variance: float
+    dof: float
+
+    @classmethod
+    def of(cls, measured: Measured | None) -> Self:
+        """Return a pattern; none where it does not stand out from its error."""
+        if measured is None or measured.value <= OUTSTANDING * (measured.std_error or 0.0):
+            return cls(0.0, math.inf)
+        return cls(measured.value, measured.dof or math.inf)
 
 
 def measure_noise_coefficients(
@@ -93,7 +109,7 @@ def measure_noise_coefficients(
     """Fit the three-term noise model of every channel at one ISO; ``black`` is the level of all channels [DN]."""
     models: list[ChannelModel] = []
     rows: list[Row] = []
-    fitted: list[NoiseCoefficientFit] = []
+    fitted: list[tuple[Measured, ...]] = []
     for level, transfer, pattern in zip(levels, transfers, patterns, strict=True):
         if transfer.fit is None or level.digital_maximum_dn is None or level.black is None:
             continue
@@ -102,7 +118,7 @@ def measure_noise_coefficients(
             continue
         ks = k_coefficients(
             model.coefficients,
-            model.covariance,
+            model.fit_covariance,
             digital_maximum=level.digital_maximum_dn,
             convention="white level",
             dof=model.dof,
@@ -110,9 +126,9 @@ def measure_noise_coefficients(
             offset_dof=level.black.dof,
         )
         models.append(model)
-        fitted.append(ks)
+        fitted.append(_variances(ks, model))
         flags = _flags(misfit=model.misfit, identified=level.black_identified)
-        rows += _rows(bursts, level.channel, _variances(ks), n=model.n, flags=flags)
+        rows += _rows(bursts, level.channel, fitted[-1], n=model.n, flags=flags)
     rows += _pooled(bursts, levels, models, fitted, black=black)
     return Section(rows=tuple(rows)), tuple(models)
 
@@ -134,16 +150,17 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) ->
         pattern_pixels=float(chosen[-1].burst.plane(level.channel).n),
     )
     coefficients, covariance = fit.single_frame()
-    _, rows, columns = chosen[-1].burst.plane(level.channel).shape
     by_lines = [
-        SharedErrors.of_variances(row=row, column=column, dof=(1, rows - 1, columns - 1))
-        for row, column in (lines.dark, (0.0, 0.0), lines.response)
+        _sample_of(lines.dark, chosen[-1].burst.plane(level.channel)),
+        SharedErrors(),
+        _sample_of(lines.response, chosen[-1].burst.plane(level.channel)),
     ]
-    covariance = covariance + np.diag([one.row[0] ** 2 + one.column[0] ** 2 for one in by_lines])
+    of_lines = np.diag([one.row[0] ** 2 + one.column[0] ** 2 for one in by_lines])
     return ChannelModel(
         channel=level.channel,
         coefficients=coefficients,
-        covariance=covariance,
+        covariance=covariance + of_lines,
+        fit_covariance=covariance,
         dof=fit.dof,
         misfit=fit.misfit,
         rounding_limited=any(one.rounding_limited for one in pooled),
@@ -185,7 +202,7 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines) -> _Pool
         for share, variance in zip(_shares_taken_off(plane, along=1, terms=1), lines.temporal, strict=True)
     )
     spatial_dn2 = tiles.spatial_variance[chosen] + sum(
-        share * (temporal / plane.frames + dark + response * signal**2)
+        share * (temporal / plane.frames + dark.variance + response.variance * signal**2)
         for share, temporal, dark, response in zip(by_surface, lines.temporal, lines.dark, lines.response, strict=True)
     )
     temporal_dn2 = float((temporal_dof * (tiles.temporal_variance[chosen] + by_mean)).sum() / temporal_dof.sum())
@@ -256,6 +273,24 @@ def _shares_taken_off(
     return 1.0 - columns * (rows - along) / dof, 1.0 - rows * (columns - along) / dof
 
 
+def _sample_of(lines: tuple[_Line, _Line], plane: PlaneStatistics) -> SharedErrors:
+    """Return the errors that patterns of rows and columns have for being a sample of few.
+
+    A tile of m rows tells its pattern with the m - 3 degrees of freedom that its surface leaves; the share that the
+    surface took off was given back with those of the whole plane.
+    """
+    sides = plane.shape[1:]
+    shares = _shares_taken_off(plane, along=3, terms=SURFACE_TERMS)
+    known: list[float] = []
+    for side, tile, line, share in zip(sides, _tile(plane), lines, shares, strict=True):
+        within = float(np.maximum(edges(side, tile) - 3, 0).sum())
+        kept = (1.0 - float(share.mean())) ** 2 if within else 0.0
+        given_back = (1.0 - kept) / min(line.dof, side - 1.0)
+        known.append(1.0 / (given_back + (kept / within if within else 0.0)))
+    row, column = (line.variance for line in lines)
+    return SharedErrors.of_variances(row=row, column=column, dof=(1.0, known[0], known[1]))
+
+
 def _tile(plane: PlaneStatistics) -> tuple[int, int]:
     """Return rows and columns of a whole tile: square but where the plane has one tile across or down."""
     _, rows, columns = plane.shape
@@ -268,8 +303,11 @@ def _tile(plane: PlaneStatistics) -> tuple[int, int]:
     return math.isqrt(pixels), math.isqrt(pixels)
 
 
-def _variances(ks: NoiseCoefficientFit) -> tuple[Measured, Measured, Measured]:
-    return (ks.k_dark_variance, ks.k_shot_variance, ks.k_fpn_variance)
+def _variances(ks: NoiseCoefficientFit, model: ChannelModel) -> tuple[Measured, ...]:
+    """Return the squared k's of a channel, the sample of rows and columns in their errors."""
+    shared = [one.scaled(ks.digital_maximum**power) for one, power in zip(model.shared, _POWERS, strict=True)]
+    fitted = (ks.k_dark_variance, ks.k_shot_variance, ks.k_fpn_variance)
+    return tuple(with_lines(one, (by.row, by.column)) for one, by in zip(fitted, shared, strict=True))
 
 
 def _rows(
@@ -297,23 +335,23 @@ def _pooled(
     bursts: IsoBursts,
     levels: Sequence[ChannelLevels],
     models: Sequence[ChannelModel],
-    fitted: Sequence[NoiseCoefficientFit],
+    fitted: Sequence[tuple[Measured, ...]],
     *,
     black: Measured | None,
 ) -> tuple[Row, ...]:
     """Return the channels' k's as one: the weighted mean of their variances, and a flag where they differ."""
     if len(levels) < 2 or len(fitted) < len(levels):
         return ()
-    parts = list(zip(*(_variances(ks) for ks in fitted), strict=True))
+    parts = list(zip(*fitted, strict=True))
     models = _with_offset(models, [level.black for level in levels], black)
-    maximum_dn = fitted[0].digital_maximum
-    shared = [[one.shared[term].scaled(maximum_dn**power) for one in models] for term, power in enumerate((-2, -1, 0))]
+    maximum_dn = levels[0].digital_maximum_dn or 1.0
+    shared = [[one.shared[term].scaled(maximum_dn**power) for one in models] for term, power in enumerate(_POWERS)]
     pooled = [
         (mean_of_sites(part, errors, weighted=True), pool_channels(part)[1])
         for part, errors in zip(parts, shared, strict=True)
     ]
     if any(one.rounding_limited for one in models):
-        pooled[0] = (mean_sharing_errors([ks.k_dark_variance for ks in fitted]), pooled[0][1])
+        pooled[0] = (mean_sharing_errors(parts[0]), pooled[0][1])
     flags = _flags(
         misfit=any(one.misfit for one in models),
         identified=all(one.black_identified for one in levels),

@@ -1,5 +1,6 @@
 """DSNU and PRNU: the spatial variance of pixel maps, less the temporal noise left in them (METHOD 5)."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -259,15 +260,18 @@ def _shared_errors(bursts: IsoBursts, rows: Sequence[Row], row: Row) -> SharedEr
     """Return what the pattern of whole rows and columns puts into the error of a variance, or of the part it is of."""
     whole = row.quantity.removesuffix("_variance").split("_")[0]
 
-    def variance(part: str) -> float:
+    def known(part: str, lines: int) -> tuple[float, float]:
+        """Return a variance and its degrees of freedom: tiles take some off those of the lines."""
         name = f"{whole}_{part}_variance"
         if row.quantity not in {name, f"{whole}_variance"}:
-            return 0.0
+            return 0.0, 1.0
         same = (one for one in rows if (one.quantity, one.channel, one.method) == (name, row.channel, row.method))
-        return next((one.measured.value for one in same if one.measured.unit == row.measured.unit), 0.0)
+        found = next((one.measured for one in same if one.measured.unit == row.measured.unit), None)
+        return (0.0, 1.0) if found is None else (found.value, min(found.dof or math.inf, lines - 1.0))
 
     _frames, height, width = (*bursts.flats, *bursts.unlit)[0].plane(row.channel).shape
-    return SharedErrors.of_variances(row=variance("row"), column=variance("column"), dof=(1, height - 1, width - 1))
+    (by_row, row_dof), (by_column, column_dof) = known("row", height), known("column", width)
+    return SharedErrors.of_variances(row=by_row, column=by_column, dof=(1.0, row_dof, column_dof))
 
 
 def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Finding, ...]:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from sums import assert_same, empty_sums
 
 from fullwell.kernels import moments, moments_reference, moments_summary, moments_summary_reference
@@ -100,10 +99,13 @@ def test_summaries_equal_their_twins(case: tuple[Stack, Band, int], shift: int, 
 def test_picking_and_summing_maps_equal_their_twins(case: tuple[Stack, Band, int], least: int, more: int) -> None:
     stack, band, height = case
     maps = maps_of(stack, height)
-    for site in range(band.cell**2):
-        at = (*divmod(site, band.cell), band.cell)
-        mine = moments_summary.pick_spreads(maps, at, least, least + more)
-        np.testing.assert_array_equal(mine, moments_summary_reference.pick_spreads(maps, at, least, least + more))
+    bounds = np.array([(least, least + more), (more, 2 * more)][: band.cell], np.uint64)
+    for phase in range(band.cell):
+        picked, n = moments_summary.pick_spreads(maps, phase, bounds)
+        its, of_its = moments_summary_reference.pick_spreads(maps, phase, bounds)
+        np.testing.assert_array_equal(n, of_its)
+        for column, count in enumerate(n):
+            np.testing.assert_array_equal(picked[column, :count], its[column, :count])
     fast, slow = moments_summary.sum_maps(maps, band.cell), moments_summary_reference.sum_maps(maps, band.cell)
     np.testing.assert_array_equal(np.array(fast), np.array(slow))
 
@@ -124,5 +126,5 @@ def test_spread_is_exact_for_the_largest_series(codes: tuple[int, int]) -> None:
     total, squares = half * (low + high), half * (low**2 + high**2)
     maps = Maps(np.full((2, 2), total, np.uint32), np.full((2, 2), squares, np.uint64), 65536)
     expected = 65536 * squares - total**2
-    picked: NDArray[np.uint64] = moments_summary.pick_spreads(maps, (0, 0, 1), expected, expected + 1)
-    assert picked.tolist() == [expected] * 4
+    picked, n = moments_summary.pick_spreads(maps, 0, np.array([[expected, expected + 1]], np.uint64))
+    assert picked[0, : n[0]].tolist() == [expected] * 4

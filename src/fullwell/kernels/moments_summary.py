@@ -220,36 +220,50 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, c
 
 
 @njit(cache=True, nogil=True)
-def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int) -> NDArray[np.uint64]:
-    """Return every D of one site from ``least`` up to but not including ``beyond``, row-major.
+def _pick(spread: Words, bounds: NDArray[np.uint64], picked: NDArray[np.uint64]) -> int:
+    """Write every D between bounds one after the other; return how many there are."""
+    least, beyond = bounds[0], bounds[1]
+    n = 0
+    for c in range(spread.size):
+        if least <= spread[c] < beyond:
+            picked[n] = spread[c]
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def pick_spreads(maps: Maps, phase: int, bounds: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
+    """Pick every D between bounds from the sites of one phase of the row.
 
     Parameters
     ----------
     maps
         Finished maps.
-    site
-        Row and column within the cell, and the cell's size.
-    least, beyond
-        Bounds of D.
+    phase
+        Of the row within the cell.
+    bounds
+        Least D of each site, and the one that is beyond, shape (cell, 2).
+
+    Returns
+    -------
+    :
+        D by phase of the column, row-major, and how many there are of each.
 
     """
-    first_row, first_column, cell = site
-    low, high = np.uint64(least), np.uint64(beyond)
+    cell = bounds.shape[0]
     height, width = maps.codes.shape
-    picked = np.empty(1024, np.uint64)
-    n = 0
+    picked = np.empty((cell, 1024), np.uint64)
+    n = np.zeros(cell, np.int64)
     spread = np.empty(width, np.uint64)
-    for row in range(first_row, height, cell):
+    for row in range(phase, height, cell):
         _spread(maps.codes[row], maps.squares[row], maps.frames, spread)
-        if n + width > picked.size:
-            grown = np.empty(2 * picked.size + width, np.uint64)
-            grown[:n] = picked[:n]
+        if n.max() + width > picked.shape[1]:
+            grown = np.empty((cell, 2 * picked.shape[1] + width), np.uint64)
+            grown[:, : picked.shape[1]] = picked
             picked = grown
-        for c in range(first_column, width, cell):
-            if low <= spread[c] < high:
-                picked[n] = spread[c]
-                n += 1
-    return picked[:n].copy()
+        for first in range(cell):
+            n[first] += _pick(spread[first::cell], bounds[first], picked[first, n[first] :])
+    return picked, n
 
 
 @njit(cache=True, nogil=True)

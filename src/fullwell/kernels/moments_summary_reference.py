@@ -32,11 +32,13 @@ def summarize_band(maps: Maps, band: Band, surface: Surface, sums: ColumnSums, c
             counts.bins[phase * cell + column] += np.bincount(at.ravel().astype(np.int64), minlength=bins)
 
 
-def pick_spreads(maps: Maps, site: tuple[int, int, int], least: int, beyond: int) -> NDArray[np.uint64]:
-    """Return every D of one site within bounds; see `moments_summary.pick_spreads`."""
-    row, column, cell = site
-    spread = spread_of(maps)[row::cell, column::cell].ravel()
-    return spread[(spread >= np.uint64(least)) & (spread < np.uint64(beyond))]
+def pick_spreads(maps: Maps, phase: int, bounds: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
+    """Return every D between bounds, by phase of the column; see `moments_summary.pick_spreads`."""
+    cell = len(bounds)
+    planes = [spread_of(maps)[phase::cell, column::cell].ravel() for column in range(cell)]
+    picked = [d[(d >= least) & (d < beyond)] for d, (least, beyond) in zip(planes, bounds, strict=True)]
+    n = np.array([d.size for d in picked])
+    return np.array([np.pad(d, (0, n.max() - d.size)) for d in picked]), n
 
 
 def sum_maps(maps: Maps, cell: int) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.uint64]]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import repeat
+from itertools import chain, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from fullwell.raw.cfa import channels
 from fullwell.statistics.anova import MarginalSquares
 from fullwell.statistics.burst import LEGACY_FRAMES, BurstSums
 from fullwell.statistics.exact import Whole, sum_of_squares
-from fullwell.statistics.median import BINS, SpreadHistogram, shift_for
+from fullwell.statistics.median import BINS, SpreadHistogram, medians, shift_for
 from fullwell.statistics.moments import Moments
 from fullwell.statistics.pairs import PairStatistics
 from fullwell.statistics.series import Histogram, PlaneStatistics, SeriesStatistics, TileStatistics
@@ -70,13 +70,13 @@ def _swept(moments: Moments, *, workers: int) -> Swept:
     shift = shift_for(maps)
     counts = np.zeros((layout.sites, BINS), np.int64)
     tiles = sweep(moments, SpreadCounts(counts, shift), workers=workers)
-    histograms = [SpreadHistogram(counts=own, shift=shift) for own in counts]
-    sites = [(*divmod(site, layout.cell), layout.cell) for site in range(layout.sites)]
     if frames == 1:
         return Swept(tiles=tiles, medians=(_NAN,) * layout.sites)
+    histograms = [SpreadHistogram(counts=own, shift=shift) for own in counts]
+    by_phase = [histograms[first : first + layout.cell] for first in range(0, layout.sites, layout.cell)]
     with ThreadPoolExecutor(workers) as pool:
-        medians = pool.map(SpreadHistogram.median, histograms, repeat(maps), sites)
-        return Swept(tiles=tiles, medians=tuple(medians))
+        found = pool.map(medians, by_phase, repeat(maps), range(layout.cell))
+        return Swept(tiles=tiles, medians=tuple(chain.from_iterable(found)))
 
 
 def _burst(moments: Moments, site: int, sums: TileSums) -> BurstSums:

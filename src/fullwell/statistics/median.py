@@ -1,5 +1,6 @@
 """The exact median over pixels of the variance over frames, without a map of it (METHOD 3.6)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -41,27 +42,50 @@ class SpreadHistogram:
     counts: NDArray[np.int64]
     shift: int
 
-    def median(self, maps: Maps, site: tuple[int, int, int]) -> float:
-        """Return the exact median of D; the maps are read again only where a bin is wider than one.
+    @property
+    def bounds(self) -> tuple[int, int]:
+        """Return the least D of the bins that hold the middle pixels, and the D beyond these."""
+        first, last = (int(at) for at in self._middle[1])
+        return first << self.shift, _BEYOND if last == self.counts.size - 1 else (last + 1) << self.shift
 
-        Parameters
-        ----------
-        maps
-            What was counted.
-        site
-            Row and column within the cell, and the cell's size.
+    @property
+    def told(self) -> float | None:
+        """Return the median of D where the counts alone tell it: bins are one wide."""
+        bins = self._middle[1]
+        return float(bins.sum()) / 2 if self.shift == 0 and bins[1] < self.counts.size - 1 else None
 
-        """
+    def median(self, picked: NDArray[np.uint64]) -> float:
+        """Return the exact median of D from every D within the bounds."""
+        ranks, bins, below = self._middle
+        at = ranks - below[bins[0]]
+        middle = np.partition(picked, at)[at]
+        return (int(middle[0]) + int(middle[1])) / 2
+
+    @property
+    def _middle(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Return the ranks of the two middle pixels, their bins, and how many pixels lie below each bin."""
         below = np.concatenate(([0], np.cumsum(self.counts)))
         n = int(below[-1])
         ranks = np.array([(n - 1) // 2, n // 2])
-        bins = np.searchsorted(below, ranks, side="right") - 1
-        last = self.counts.size - 1
-        if self.shift == 0 and bins[1] < last:
-            return float(bins.sum()) / 2
-        first_bin, last_bin = int(bins[0]), int(bins[1])
-        least = first_bin << self.shift
-        beyond = _BEYOND if last_bin == last else (last_bin + 1) << self.shift
-        at = ranks - below[first_bin]
-        picked = np.partition(pick_spreads(maps, site, least, beyond), at)[at]
-        return (int(picked[0]) + int(picked[1])) / 2
+        return ranks, np.searchsorted(below, ranks, side="right") - 1, below
+
+
+def medians(histograms: Sequence[SpreadHistogram], maps: Maps, phase: int) -> list[float]:
+    """Return the exact medians of D of the planes of one phase of the row.
+
+    Parameters
+    ----------
+    histograms
+        Of each plane.
+    maps
+        What was counted; they are read again only where a bin is wider than one.
+    phase
+        Of the row within the cell.
+
+    """
+    told = [one.told for one in histograms]
+    exact = [one for one in told if one is not None]
+    if len(exact) == len(told):
+        return exact
+    picked, n = pick_spreads(maps, phase, np.array([one.bounds for one in histograms], np.uint64))
+    return [one.median(own[:count]) for one, own, count in zip(histograms, picked, n, strict=True)]

@@ -204,6 +204,7 @@ class Moments:
         self.row_squares = [0] * self.layout.sites
         self.column_squares = [0] * self.layout.sites
         self.histogram_frames: tuple[str, ...] = ()
+        self._first_counted: str | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -245,10 +246,8 @@ class Moments:
         """
         with self._lock:
             self._refuse_names(batch.names)
-            so_far = self.histogram_frames
-        counted = batch.names if self.every_histogram else (min(batch.names),)
-        skipped = not self.every_histogram and bool(so_far) and so_far[0] < counted[0]
-        return MomentsAddition(self, batch.names, counted=() if skipped else counted)
+            counted = batch.names if self.every_histogram else self._claimed(min(batch.names))
+        return MomentsAddition(self, batch.names, counted=counted)
 
     def add_rows(self, stack: Stack, band: Band, frames: FrameSums) -> None:
         """Add a strip to the maps and extremes, and to the sums of each frame, which are the caller's."""
@@ -294,6 +293,13 @@ class Moments:
     def finished(self) -> Maps:
         """Return the sums of single pixels, all squares of one width."""
         return finished_maps(self.maps, len(self.frame_sums))
+
+    def _claimed(self, name: str) -> tuple[str, ...]:
+        """Return a frame whose codes are to be counted, unless those of an earlier one by name are already."""
+        if self._first_counted is not None and self._first_counted < name:
+            return ()
+        self._first_counted = name
+        return (name,)
 
     def _refuse_names(self, names: Sequence[str]) -> None:
         if len(set(names)) != len(names) or any(name in self.frame_sums for name in names):

@@ -42,7 +42,7 @@ def _print_quantity(console: Console, compared: Sequence[Comparison]) -> None:
     title = f"{_title(compared[0])}, {show_unit(unit)}".removesuffix(", ")
     table = plain_table(">ISO", ">truth", ">measured", *(f">{channel}" for channel in channels), title=title)
     for iso in sorted({one.row.iso for one in shown}, key=lambda iso: iso or 0.0):
-        lines = {one.row.channel: one for one in shown if one.row.iso == iso}
+        lines = {one.row.channel: one for one in reversed(shown) if one.row.iso == iso}  # its own temperature is first
         chosen = lines[leading_channel(lines)]
         table.add_row(
             "" if iso is None else f"{iso:g}",

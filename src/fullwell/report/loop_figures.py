@@ -49,6 +49,7 @@ class LoopFigure:
     iso: float | None
     snr_threshold: float | None
     exposure_s: float | None
+    temperature_c: float | None
     recommended: bool
     bound: bool
     original: float
@@ -132,7 +133,7 @@ def loop_figures(table: Table) -> tuple[LoopFigure, ...]:
     numbers = {name: table.numbers(name).tolist() for name in _NUMBERS}
     names = ("quantity", "channel", "method", "unit", "recommended", "flags")
     words = zip(*(table.values(name) for name in names), strict=True)
-    places = zip(*(table.values(name) for name in ("iso", "snr_threshold", "exposure_s")), strict=True)
+    places = zip(*(table.values(name) for name in ("iso", "snr_threshold", "exposure_s", "temperature_c")), strict=True)
     return tuple(
         LoopFigure(
             quantity=str(quantity),
@@ -143,12 +144,14 @@ def loop_figures(table: Table) -> tuple[LoopFigure, ...]:
             iso=cast("float | None", iso),
             snr_threshold=cast("float | None", threshold),
             exposure_s=cast("float | None", exposure_s),
+            temperature_c=cast("float | None", temperature_c),
             bound=_BOUND in str(flags).split(";"),
             **{name: values[at] for name, values in numbers.items()},
         )
-        for at, ((quantity, channel, method, unit, recommended, flags), (iso, threshold, exposure_s)) in enumerate(
-            zip(words, places, strict=True)
-        )
+        for at, (
+            (quantity, channel, method, unit, recommended, flags),
+            (iso, threshold, exposure_s, temperature_c),
+        ) in enumerate(zip(words, places, strict=True))
     )
 
 

@@ -83,6 +83,7 @@ def _summary(figures: Sequence[LoopFigure]) -> WordTable:
     for quantity, unit in _SUMMARY:
         mine = [one for one in figures if (one.quantity, one.unit, one.iso) == (quantity, unit, iso)]
         mine = [one for one in mine if one.snr_threshold in {None, 1.0} and one.exposure_s is None]
+        mine = [one for one in mine if one.temperature_c == mine[0].temperature_c]
         lead = leading_channel({one.channel for one in mine}) if mine else ""
         own = sorted((one for one in mine if one.channel == lead), key=lambda one: not one.recommended)
         lines += [_summary_line(one, measured=measured) for one in own]

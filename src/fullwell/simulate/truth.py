@@ -47,6 +47,8 @@ class TrueValue:
         None where it does not apply.
     exposure_s
         None for what holds at every exposure, or for the figure that is not told by exposure [s].
+    temperature_c
+        None for what holds at every temperature of the study [deg C].
 
     """
 
@@ -57,6 +59,7 @@ class TrueValue:
     value: float
     snr_threshold: float | None = None
     exposure_s: float | None = None
+    temperature_c: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +93,17 @@ class _Place:
         )
 
     @property
+    def unlit_with_flats(self) -> tuple[PlannedFrame, ...]:
+        """Those at the temperature of most flats, where an ISO is measured."""
+        warm = Counter(
+            frame.exposure.temperature_c
+            for frame in self.frames
+            if frame.kind is Kind.FLAT and frame.exposure.iso == self.iso
+        )
+        chosen = {most for most, _ in warm.most_common(1)}
+        return tuple(frame for frame in self.unlit if frame.exposure.temperature_c in chosen) or self.unlit
+
+    @property
     def straight(self) -> bool:
         """Whether signal and variance grow with the light as the noise model says, up to the full well."""
         return not (self.sensor.nonlinearity or self.sensor.brighter_fatter)
@@ -111,6 +125,7 @@ class _Place:
         *,
         snr_threshold: float | None = None,
         exposure_s: float | None = None,
+        temperature_c: float | None = None,
     ) -> TrueValue:
         return TrueValue(
             quantity=quantity,
@@ -120,6 +135,7 @@ class _Place:
             value=value,
             snr_threshold=snr_threshold,
             exposure_s=exposure_s,
+            temperature_c=temperature_c,
         )
 
     def noise_rows(self, quantity: str, noise: float, *, exposure_s: float | None = None) -> Iterator[TrueValue]:
@@ -189,7 +205,7 @@ def _longer_darks(place: _Place) -> Iterator[TrueValue]:
     pattern = dict(_dsnu_parts(place, unlit)).get("dsnu")
     if pattern is None:
         return
-    darks = [frame.exposure for frame in place.unlit if frame.kind is Kind.DARK]
+    darks = [frame.exposure for frame in place.unlit_with_flats if frame.kind is Kind.DARK]
     for exposure_s, temperature_c in dict.fromkeys((one.exposure_s, one.temperature_c) for one in darks):
         own = _Unlit(exposure_s=exposure_s, temperature_c=temperature_c)
         if own != unlit:
@@ -227,17 +243,20 @@ def _dsnu_parts(place: _Place, unlit: _Unlit) -> list[tuple[str, float]]:
 
 
 def _dark_current(place: _Place) -> Iterator[TrueValue]:
-    """Yield the dark current of the mean pixel; nothing where the unlit frames have different temperatures."""
-    warm = {frame.exposure.temperature_c for frame in place.unlit}
-    if len(warm) > 1:
-        return
-    rate = place.sensor.mean_dark_current(next(iter(warm), None))
-    rate_dn = rate * place.system_gain
-    yield place.row("dark_current", ELECTRON_PER_SECOND, rate)
-    yield place.row("dark_current", DN_PER_SECOND, rate_dn)
-    if place.config.voltage_swing_v is not None:
-        volts = rate_dn * place.config.voltage_swing_v / place.sensor.white_level
-        yield place.row("dark_current", VOLT_PER_SECOND, volts)
+    """Yield the dark current of the mean pixel at each temperature, and what doubles it."""
+    sensor = place.sensor
+    warm = sorted({frame.exposure.temperature_c for frame in place.unlit}, key=lambda one: one or 0.0)
+    for temperature_c in warm or [None]:
+        rate = sensor.mean_dark_current(temperature_c)
+        rate_dn = rate * place.system_gain
+        told = None if len(warm) < 2 else temperature_c
+        yield place.row("dark_current", ELECTRON_PER_SECOND, rate, temperature_c=told)
+        yield place.row("dark_current", DN_PER_SECOND, rate_dn, temperature_c=told)
+        if place.config.voltage_swing_v is not None:
+            volts = rate_dn * place.config.voltage_swing_v / sensor.white_level
+            yield place.row("dark_current", VOLT_PER_SECOND, volts, temperature_c=told)
+    if len(warm) > 1 and sensor.dark_current_doubling_c is not None:
+        yield place.row("dark_current_doubling", "K", sensor.dark_current_doubling_c)
 
 
 def _response(place: _Place) -> Iterator[TrueValue]:
@@ -317,7 +336,7 @@ def _before_and_after(config: SimulationConfig, channel: str) -> Iterator[TrueVa
 
 def _shortest_unlit(place: _Place) -> _Unlit:
     """Return the exposure DSNU is measured at: the shortest of which there are two frames, of any if there are none."""
-    every = [frame.exposure for frame in place.unlit]
+    every = [frame.exposure for frame in place.unlit_with_flats]
     times = Counter(one.exposure_s for one in every)
     usable = [one for one in every if times[one.exposure_s] > 1] or every
     first = min(usable, key=lambda one: one.exposure_s, default=None)
@@ -326,7 +345,7 @@ def _shortest_unlit(place: _Place) -> _Unlit:
 
 def _read_noise_exposure_s(place: _Place) -> float:
     """Return the exposure read noise is told for: that of bias frames, else none where darks of several tell [s]."""
-    taken = Counter((frame.kind, frame.exposure.exposure_s) for frame in place.unlit)
+    taken = Counter((frame.kind, frame.exposure.exposure_s) for frame in place.unlit_with_flats)
     biases, darks = (
         [exposure_s for (kind, exposure_s), frames in taken.items() if kind is wanted and frames > 1]
         for wanted in (Kind.BIAS, Kind.DARK)

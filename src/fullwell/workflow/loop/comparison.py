@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Final, TypeAlias
 
 from fullwell.figures.calibration import pull
@@ -16,10 +17,11 @@ _TWIN: Final = "_variance"
 _SQUARED: Final = {ONE: ONE, VOLT: DN2}
 """Units whose square is not written with ``^2``, and one whose rows have their variance in another."""
 
-Figure: TypeAlias = tuple[str, str, str, str, float | None, float | None, float | None]
-"""Quantity, channel, method, unit, ISO, SNR threshold and exposure: what the same figure of two runs has in common."""
+Figure: TypeAlias = tuple[str, str, str, str, float | None, float | None, float | None, float | None]
+"""Quantity, channel, method, unit, ISO, SNR threshold, exposure and temperature: what figures of two runs
+have in common."""
 
-_Name: TypeAlias = tuple[str, str, str, float | None, float | None, float | None]
+_Name: TypeAlias = tuple[str, str, str, float | None, float | None, float | None, float | None]
 _Truths: TypeAlias = Mapping[_Name, float]
 
 
@@ -57,7 +59,16 @@ class Comparison:
 
 def figure_of(row: Row) -> Figure:
     """Return what a row is, whichever run it comes from."""
-    return (row.quantity, row.channel, row.method, row.measured.unit, row.iso, row.snr_threshold, row.exposure_s)
+    return (
+        row.quantity,
+        row.channel,
+        row.method,
+        row.measured.unit,
+        row.iso,
+        row.snr_threshold,
+        row.exposure_s,
+        row.temperature_c,
+    )
 
 
 def compared(rows: Iterable[Row], truth: Iterable[TrueValue]) -> tuple[Comparison, ...]:
@@ -72,7 +83,11 @@ def compared(rows: Iterable[Row], truth: Iterable[TrueValue]) -> tuple[Compariso
 
     """
     known = {
-        (one.quantity, one.channel, one.unit, one.iso, one.snr_threshold, one.exposure_s): one.value for one in truth
+        (
+            *(one.quantity, one.channel, one.unit, one.iso, one.snr_threshold, one.exposure_s),
+            None if one.temperature_c is None else round(one.temperature_c, 1),
+        ): one.value
+        for one in truth
     }
     whole = [row for row in rows if row.region is None]
     twins = {_place(row): row for row in whole if row.quantity.endswith(_TWIN)}
@@ -105,10 +120,11 @@ def _twin(row: Row, twins: Mapping[tuple[object, ...], Row]) -> Row | None:
 
 
 def _place(row: Row) -> tuple[object, ...]:
-    return (row.quantity, row.channel, row.method, row.iso, row.exposure_s, row.measured.unit)
+    return (row.quantity, row.channel, row.method, row.iso, row.exposure_s, row.temperature_c, row.measured.unit)
 
 
 def _true(row: Row, known: _Truths) -> float | None:
-    """Return the truth at the exposure of a row, else what is true at every exposure."""
+    """Return the truth at the exposure and temperature of a row, else what is true at all of them."""
     name = (row.quantity, row.channel, row.measured.unit, row.iso, row.snr_threshold)
-    return known.get((*name, row.exposure_s), known.get((*name, None)))
+    places = product((row.exposure_s, None), (row.temperature_c, None))
+    return next((known[(*name, *place)] for place in places if (*name, *place) in known), None)

@@ -75,6 +75,7 @@ def _record(one: Comparison, original: Measured | None, found: Calibration) -> R
         "iso": row.iso,
         "snr_threshold": row.snr_threshold,
         "exposure_s": row.exposure_s,
+        "temperature_c": row.temperature_c,
         "recommended": "yes" if one.recommended else "no",
         "flags": ";".join(row.flags),
         "original": None if original is None else original.value,

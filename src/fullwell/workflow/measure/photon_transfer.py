@@ -156,6 +156,7 @@ def _curve(bursts: IsoBursts, transfer: ChannelTransfer) -> Curve:
             Column(name="channel", unit="", values=(transfer.channel,) * len(points)),
             Column(name="kind", unit="", values=tuple(point.burst.kind.value for point in points)),
             Column(name="exposure_s", unit="s", values=tuple(point.burst.exposure_s for point in points)),
+            Column(name="photons", unit="p", values=tuple(point.burst.series.photons for point in points)),
             Column(name="signal", unit=DN, values=tuple(point.signal_dn for point in points)),
             Column(name="variance", unit=DN2, values=tuple(variances)),
             Column(

@@ -183,6 +183,7 @@ def _response(bursts: IsoBursts, transfer: ChannelTransfer) -> Curve:
             Column(name="iso", unit="1", values=(bursts.iso,) * len(points)),
             Column(name="channel", unit="", values=(transfer.channel,) * len(points)),
             Column(name="exposure_s", unit="s", values=tuple(point.burst.exposure_s for point in points)),
+            Column(name="photons", unit="p", values=tuple(point.burst.series.photons for point in points)),
             Column(name="signal", unit=DN, values=signals),
             Column(
                 name="fitted",

@@ -15,7 +15,7 @@ from fullwell.errors import UsageError
 from fullwell.figures.noise_model import GivenModel, native_values
 from fullwell.raw.cfa import ALL, MONO, channels
 from fullwell.simulate.config import SimulationConfig, config_from
-from fullwell.workflow.simulation.measured_design import measured_chart, measured_lens, measured_series
+from fullwell.workflow.simulation.measured_design import measured_chart, measured_lens, measured_series, varied_light
 from fullwell.workflow.simulation.measured_figures import Figures
 
 DEFAULT_ISO: Final = 100
@@ -77,6 +77,7 @@ def camera_from_results(
         "base_iso": _whole(base),
         "full_well": _full_well(figures, base, said),
         "dark_current": max(figures.pooled("dark_current", "e-/s") or 0.0, 0.0),
+        **_warmth(figures),
         **_prnu(figures),
         **_at(figures, base),
         **figures.facts,
@@ -89,6 +90,10 @@ def camera_from_results(
     if lens is None:
         said.append("no shading map was measured; the lens shades nothing")
     series = measured_series(figures, default_iso=DEFAULT_ISO, brightness=1.0 if lens is None else lens.mean)
+    if any(varied_light(figures, iso) for iso in isos):
+        said.append("the light was varied at one exposure; its flats are exposed in proportion to their photons")
+    if (figures.pooled("dark_current", "e-/s") or 0.0) < 0.0:
+        said.append("the dark current came out below zero; none is simulated")
     chart, flare = measured_chart(figures)
     document_of_config: dict[str, object] = {
         "seed": seed,
@@ -216,6 +221,17 @@ def _at(figures: Figures, iso: float | None) -> dict[str, object]:
         "read_noise_column": math.sqrt(column),
         **_dsnu(figures, iso),
     }
+
+
+def _warmth(figures: Figures) -> dict[str, float]:
+    """Return what doubles the dark current, and the temperature at which it was measured [K, degC]."""
+    doubling = figures.pooled("dark_current_doubling", "K")
+    at_c = next((row.temperature_c for row in figures.rows if row.quantity == "dark_current"), None)
+    return (
+        {}
+        if doubling is None or at_c is None
+        else {"dark_current_doubling_c": doubling, "dark_current_reference_c": at_c}
+    )
 
 
 def _dsnu(figures: Figures, iso: float | None) -> dict[str, float]:

@@ -9,7 +9,7 @@ from typing import Final, cast
 
 from fullwell.raw.cfa import MONO
 from fullwell.workflow.shading.saved import map_files, saved_maps, suitable_map
-from fullwell.workflow.simulation.measured_figures import Figures
+from fullwell.workflow.simulation.measured_figures import Figures, Light
 
 _SHORTEST_S: Final = 1e-6
 """Exposure of bias frames whose files do not tell it."""
@@ -64,40 +64,68 @@ def measured_series(figures: Figures, *, default_iso: int, brightness: float = 1
     for one in figures.series:
         kind, frames = str(one["kind"]), int(cast("int", one["frames"]))
         iso = cast("float | None", one["iso"])
-        exposure_s = float(cast("float", one["exposure_s"] or _SHORTEST_S))
-        light = _light(figures, kind, iso, exposure_s)
-        if kind == "scene" or frames < 1 or iso not in figures.isos or light is None:
+        light = _light_of(one)
+        electrons = _electrons(figures, kind, iso, light)
+        if kind == "scene" or frames < 1 or iso not in figures.isos or electrons is None:
             continue
         entry: Entry = {
             "kind": kind,
             "iso": default_iso if iso is None else max(round(iso), 1),
-            "exposure_s": exposure_s,
+            "exposure_s": _exposure_s(figures, kind, iso, light),
             "frames": frames,
         }
-        found.append({**entry, "electrons": light / (brightness if kind == "flat" else 1.0)} if light else entry)
+        if one.get("temperature_c") is not None:
+            entry["temperature_c"] = one["temperature_c"]
+        if electrons:
+            entry["electrons"] = electrons / (brightness if kind == "flat" else 1.0)
+        found.append(entry)
     return found
 
 
-def _light(figures: Figures, kind: str, iso: float | None, exposure_s: float) -> float | None:
+def varied_light(figures: Figures, iso: float | None) -> Sequence[float]:
+    """Return the photons of the flats at an ISO where some have the exposure in common; none where none have [p]."""
+    lights = [_light_of(one) for one in figures.series if one["kind"] == "flat" and one["iso"] == iso]
+    photons = [each for _, each in lights if each]
+    shared = len({exposure_s for exposure_s, _ in lights}) < len(lights)
+    return photons if shared and len(set(photons)) == len(lights) else ()
+
+
+def _light_of(series: Mapping[str, object]) -> Light:
+    return float(cast("float", series["exposure_s"] or _SHORTEST_S)), cast("float | None", series.get("photons"))
+
+
+def _exposure_s(figures: Figures, kind: str, iso: float | None, light: Light) -> float:
+    """Return the exposure of a series: of flats whose light was varied the longest, in proportion to the light."""
+    exposure_s, photons = light
+    every = varied_light(figures, iso) if kind == "flat" else ()
+    if not every or photons is None:
+        return exposure_s
+    longest = max(_light_of(one)[0] for one in figures.series if one["kind"] == "flat" and one["iso"] == iso)
+    return longest * photons / max(every)
+
+
+def _electrons(figures: Figures, kind: str, iso: float | None, light: Light) -> float | None:
     """Return the electrons of a series at response 1: 0 in the dark, None where nobody knows them [e-]."""
     if kind == "flat":
-        return flat_electrons(figures, iso, exposure_s)
-    return chart_electrons(figures, iso, exposure_s) if kind == "chart" else 0.0
+        return flat_electrons(figures, iso, light)
+    return chart_electrons(figures, iso, light[0]) if kind == "chart" else 0.0
 
 
-def flat_electrons(figures: Figures, iso: float | None, exposure_s: float) -> float | None:
+def flat_electrons(figures: Figures, iso: float | None, light: Light) -> float | None:
     """Return what a flat exposure came to in G1 or the one channel [e-].
 
-    Exposures that clip are told by those that do not, in proportion to their time; None without any.
+    Exposures that clip are told by those that do not, in proportion to their photons or else their time; None without
+    any.
     """
-    signals = {seconds: dn for (name, seconds), dn in figures.signals(iso).items() if name in {"G1", MONO}}
+    signals = {one: dn for (name, one), dn in figures.signals(iso).items() if name in {"G1", MONO}}
     if not signals:
         return None
     system_gain = figures.system_gain(iso)
-    if exposure_s in signals:
-        return max(signals[exposure_s], 0.0) / system_gain
-    rate = statistics.median(dn / seconds for seconds, dn in signals.items())
-    return max(rate * exposure_s, 0.0) / system_gain
+    if light in signals:
+        return max(signals[light], 0.0) / system_gain
+    by_photons = light[1] is not None and all(one[1] for one in signals)
+    rate = statistics.median(dn / (one[1] or 1.0 if by_photons else one[0]) for one, dn in signals.items())
+    return max(rate * ((light[1] or 0.0) if by_photons else light[0]), 0.0) / system_gain
 
 
 def chart_electrons(figures: Figures, iso: float | None, exposure_s: float) -> float | None:

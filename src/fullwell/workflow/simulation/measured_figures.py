@@ -19,6 +19,8 @@ from fullwell.report.reading import results_of
 _NO_CAPACITY: Final = frozenset({"lower-bound", "adc-limited"})
 _FACTS: Final = ("pixel_pitch_um", "voltage_swing_v", "name")
 
+Light = tuple[float, float | None]
+"""Exposure [s] and photons, None where unknown [p], of a series of flats."""
 Table = Mapping[str, Sequence[object]]
 """Columns of a curve by name."""
 
@@ -193,19 +195,24 @@ class Figures:
         ]
         return min(unlit, default=0.0)
 
-    def signals(self, iso: float | None) -> Mapping[tuple[str, float], float]:
-        """Return the mean signal of flats by channel and exposure [DN]."""
-        found: dict[tuple[str, float], float] = {}
+    def signals(self, iso: float | None) -> Mapping[tuple[str, Light], float]:
+        """Return the mean signal of flats by channel and light, of those that are on the curve: no pixels full [DN]."""
+        found: dict[tuple[str, Light], float] = {}
         for name in ("exposure_response", "photon_transfer"):
             curve = self.curves.get(name, {})
-            for at, channel, kind, exposure_s, signal in zip(
+            points = len(curve.get("iso", ()))
+            for at, channel, kind, exposure_s, photons, signal, used in zip(
                 *(curve.get(column, ()) for column in ("iso", "channel")),
-                curve.get("kind", ("flat",) * len(curve.get("iso", ()))),
-                *(curve.get(column, ()) for column in ("exposure_s", "signal")),
+                curve.get("kind", ("flat",) * points),
+                curve.get("exposure_s", ()),
+                curve.get("photons", (None,) * points),
+                curve.get("signal", ()),
+                curve.get("used", ("yes",) * points),
                 strict=True,
             ):
-                if at == iso and kind == "flat" and signal is not None:
-                    found[str(channel), float(cast("float", exposure_s))] = float(cast("float", signal))
+                if at == iso and kind == "flat" and signal is not None and used == "yes":
+                    light = (float(cast("float", exposure_s)), cast("float | None", photons))
+                    found[str(channel), light] = float(cast("float", signal))
         return found
 
     def response(self) -> dict[str, float]:
@@ -221,9 +228,9 @@ class Figures:
         for iso in self.isos:
             signals = self.signals(iso)
             pairs += [
-                (signals[channel, exposure_s], green)
-                for (name, exposure_s), green in signals.items()
-                if name == "G1" and (channel, exposure_s) in signals
+                (signals[channel, light], green)
+                for (name, light), green in signals.items()
+                if name == "G1" and (channel, light) in signals
             ]
         points = self.patch_signals()
         pairs += [

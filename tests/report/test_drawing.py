@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -69,6 +69,7 @@ def some_figure(*, scale="linear", top=1.0, rows=1, columns=2, label="Signal abo
     st.integers(1, 3),
     st.integers(1, 4),
 )
+@example("linear", 152453549152.0, 2, 4)  # a label wider than the last panel
 def test_no_text_leaves_the_sheet_or_lies_upon_another(scale, top, rows, columns):
     with pytest.MonkeyPatch.context() as patch:
         Texts.boxes = []

@@ -200,10 +200,11 @@ def _above(axes: Axes) -> float:
 
 
 def _edges(axis: Axis, marks: Marks, length: float) -> tuple[float, float]:
-    """Return how far the words of the abscissa stand out at the left and the right."""
+    """Return how far the words and the label of the abscissa stand out at the left and the right."""
+    out = max((width(axis.label, axis.label_size, bold=axis.label_bold) - length) / 2.0, 0.0) if axis.label else 0.0
     if not (axis.labelled and marks.words):
-        return 0.0, 0.0
+        return out, out
     share = axis.scaled().share(np.array(marks.places, float))
     half = np.array([width(word, SMALL) / 2.0 for word in marks.words])
     places = share * length
-    return max(float(np.max(half - places)), 0.0), max(float(np.max(places + half - length)), 0.0)
+    return max(float(np.max(half - places)), out), max(float(np.max(places + half - length)), out)

@@ -225,3 +225,23 @@ def test_each_threshold_of_a_figure_is_drawn_in_a_panel_of_its_own(results):
     rows += [replace(row, snr_threshold=10.0) for row in rows]
     page = report_html(Results(study={}, rows=tuple(rows), findings=(), curves=()), None)
     assert "Dynamic range of the sensor, SNR 1, Dynamic range of the sensor, SNR 10 against ISO" in page
+
+
+def test_columns_of_numbers_are_sorted_by_their_numbers_and_not_by_their_words():
+    measured = Measured.normal(2.0, 0.1, "DN")
+    rows = [
+        Row(
+            quantity="dsnu",
+            channel="R",
+            method="dark-stack",
+            measured=measured,
+            n=n,
+            exposure_s=seconds,
+            source="METHOD 5",
+        )
+        for n, seconds in ((1_200_000, 0.02), (600_000, 1.0))
+    ]
+    page = report_html(Results(study={}, rows=tuple(rows), findings=(), curves=()), Pictures())
+    cells = re.findall(r'<td data-sort="([^"]*)">([^<]*)</td>', page)
+    assert ("1200000", "1\N{NARROW NO-BREAK SPACE}200\N{NARROW NO-BREAK SPACE}000") in cells
+    assert {("0.02", "20 ms"), ("1.0", "1 s")} <= set(cells)

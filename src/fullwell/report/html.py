@@ -117,6 +117,10 @@ def _shown(rows: Sequence[Row]) -> Sequence[Row]:
     return whole[:MOST_ROWS]
 
 
+def _sortable(value: float | None) -> float | str:
+    return "" if value is None or not math.isfinite(value) else value
+
+
 def _row(row: Row) -> dict[str, object]:
     return {
         "quantity": row.quantity,
@@ -125,7 +129,12 @@ def _row(row: Row) -> dict[str, object]:
         "channel": row.channel,
         "method": row.method,
         "value": show(row.measured, row.flags),
-        "sort": row.measured.value if math.isfinite(row.measured.value) else "",
+        "sort": {
+            "value": _sortable(row.measured.value),
+            "interval": _sortable(None if row.measured.ci95 is None else row.measured.ci95[0]),
+            "exposure": _sortable(row.exposure_s),
+            "n": _sortable(row.n),
+        },
         "unit": show_unit(row.measured.unit) or "1",
         "interval": show_interval(row.measured),
         "iso": MISSING if row.iso is None else f"{row.iso:g}",

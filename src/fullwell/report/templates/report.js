@@ -58,9 +58,10 @@ if (table) {
       const down = head.getAttribute("aria-sort") === "ascending";
       [...table.tHead.rows[0].cells].forEach((other) => other.removeAttribute("aria-sort"));
       head.setAttribute("aria-sort", down ? "descending" : "ascending");
-      const key = (row) => row.cells[column].dataset.sort ?? row.cells[column].textContent;
-      rows.sort((a, b) => key(a).localeCompare(key(b), "en", { numeric: true }) || 0);
-      if (column === 4) rows.sort((a, b) => Number(key(a)) - Number(key(b)));
+      const text = (row) => row.cells[column].textContent;
+      const number = (row) => row.cells[column].dataset.sort === "" ? -Infinity : Number(row.cells[column].dataset.sort);
+      const numeric = rows.some((row) => "sort" in row.cells[column].dataset);
+      rows.sort((a, b) => numeric ? number(a) - number(b) || 0 : text(a).localeCompare(text(b), "en", { numeric: true }));
       if (down) rows.reverse();
       table.tBodies[0].append(...rows);
     };

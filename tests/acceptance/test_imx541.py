@@ -34,7 +34,7 @@ def test_read_noise_with_and_without_quantization(results: dict) -> None:
 
 def test_short_exposures_are_flagged(results: dict) -> None:
     (finding,) = (one for one in results["findings"] if one["code"] == "exposure-deviates")
-    for exposure in ("2.5e-05 s +4.", "8.1e-05 s +2.", "0.000272 s +1."):
+    for exposure in ("25 µs +4.", "81 µs +2.", "272 µs +1."):
         assert exposure in finding["message"]
 
 

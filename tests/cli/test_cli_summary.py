@@ -91,4 +91,4 @@ def test_truth_beside_measurement(pulls: tuple[float, ...], words: str) -> None:
         assert "read noise, e⁻" in text
         assert "read noise, DN" not in text
         (line,) = (line for line in text.splitlines() if line.lstrip().startswith("55"))
-        assert line.split() == ["55", "1.25", "1.2504", "±", "0.0012", "+0.5", "-4.0"]
+        assert line.split() == ["55", "1.25", "1.2504", "±", "0.0012", "+0.5", "\N{MINUS SIGN}4.0"]

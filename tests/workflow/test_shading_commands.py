@@ -349,5 +349,5 @@ def test_full_pixels_below_the_rail_are_no_shading(tmp_path: Path) -> None:
     assert [one["exposure_s"] for one in fitted.document["bursts"]] == [0.002, 0.004]
     said = [one.message for one in fitted.findings if one.code == "shading-not-measured"]
     assert said == [
-        "lens shading of G2, G1 at ISO 100, flats of 0.008 s, is not measured: it comes too near to saturation"
+        "lens shading of G2, G1 at ISO 100, flats of 8 ms, is not measured: it comes too near to saturation"
     ]

@@ -15,7 +15,7 @@ from fullwell.figures.side_by_side import Comparison, Side, TenFigures
 from fullwell.glossary import RECOMMENDED
 from fullwell.glossary.comparable import Kinship
 from fullwell.report.compare_page import Cell, difference_cell, relative, told_cell, where
-from fullwell.report.numbers import MISSING, show, show_iso, show_statistic, show_unit
+from fullwell.report.numbers import MISSING, show, show_iso, show_signed, show_unit
 
 _MOST: Final = 60
 
@@ -94,7 +94,7 @@ def _size(one: Difference | None) -> str:
     """Return a difference in standard errors, bold where chance makes one as large less than once in a hundred."""
     if one is None or one.statistic is None:
         return MISSING
-    text = show_statistic(one.statistic)
+    text = show_signed(one.statistic)
     return f"[bold]{text}[/bold]" if difference_cell(one).notable else text
 
 

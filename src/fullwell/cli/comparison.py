@@ -9,7 +9,7 @@ from rich.console import Console
 
 from fullwell.cli.tables import plain_table
 from fullwell.raw.cfa import channel_rank, leading_channel
-from fullwell.report.numbers import show, show_plain, show_statistic, show_unit
+from fullwell.report.numbers import show, show_plain, show_signed, show_unit
 from fullwell.units import DECIBEL, DN, ELECTRON, ELECTRON_PER_SECOND, STOP
 from fullwell.workflow.loop.comparison import Comparison
 
@@ -71,7 +71,7 @@ def _unit_rank(unit: str) -> int:
 def _pull(pull: float | None) -> str:
     if pull is None:
         return ""
-    text = show_statistic(pull)
+    text = show_signed(pull)
     return f"[bold red]{text}[/bold red]" if abs(pull) > _NOTABLE_PULL else text
 
 

@@ -19,7 +19,7 @@ from fullwell.report.numbers import (
     show_change,
     show_exposure,
     show_iso,
-    show_statistic,
+    show_signed,
     show_unit,
     show_value,
 )
@@ -187,7 +187,7 @@ def difference_cell(one: Difference | None) -> Cell:
     if one.statistic is None or one.p_value is None:
         title = "no error: one of the figures has none, they have no one truth, or both come from the same frames"
         return Cell(text=text, title=title, below=part)
-    statistic = f"{show_statistic(one.statistic)} s.e."
+    statistic = f"{show_signed(one.statistic)} s.e."
     chance = "p < 0.0001" if one.p_value < 1e-4 else f"p = {one.p_value:.2g}"
     below = ", ".join(filter(None, (part, statistic, chance)))
     return Cell(text=text, below=below, notable=one.p_value < _NOTABLE)

@@ -16,7 +16,7 @@ from fullwell.report.numbers import (
     show_interval,
     show_iso,
     show_plain,
-    show_statistic,
+    show_signed,
     show_unit,
     show_value,
 )
@@ -296,7 +296,7 @@ def _difference(pair: _Pair) -> str:
     value, error = _reference(pair)
     if not error:
         return MISSING
-    return f"{show_statistic((pair.legacy.measured.value - value) / error)} standard errors"
+    return f"{show_signed((pair.legacy.measured.value - value) / error)} standard errors"
 
 
 def _relative(apart: float) -> str:

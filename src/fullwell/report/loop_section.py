@@ -12,7 +12,7 @@ from fullwell.raw.cfa import leading_channel
 from fullwell.report import plots_loop
 from fullwell.report.loop_figures import LoopFigure, Together, loop_figures, native, put_together
 from fullwell.report.material import Material, Part, Section, Tab, WordTable, drawn, iso_label, parts_shown
-from fullwell.report.numbers import MISSING, show, show_iso, show_statistic, show_unit
+from fullwell.report.numbers import MISSING, show, show_iso, show_signed, show_unit
 from fullwell.report.pivots import title_of
 from fullwell.report.plots import Picture
 from fullwell.units import Measured
@@ -188,7 +188,7 @@ def _furthest(figures: Sequence[LoopFigure]) -> tuple[WordTable, ...]:
             one.channel,
             show(Measured.exact(one.truth, one.unit)),
             _measured(one.value, one.std_error, one.unit),
-            show_statistic(one.pull),
+            show_signed(one.pull),
         )
         for one in worst
     )

@@ -127,12 +127,12 @@ def show_change(value: float) -> str:
     return _signed(_significant(abs(value), 2), value)
 
 
-def show_statistic(value: float, decimals: int = 1) -> str:
-    """Return what is counted in standard errors, with its sign.
+def show_signed(value: float, decimals: int = 1) -> str:
+    """Return a number with its sign, to some decimals.
 
     Examples
     --------
-    >>> show_statistic(-1.26), show_statistic(0.04)
+    >>> show_signed(-1.26), show_signed(0.04)
     ('\N{MINUS SIGN}1.3', '+0.0')
 
     """

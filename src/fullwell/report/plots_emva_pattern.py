@@ -104,7 +104,7 @@ def _accumulated(table: Table, _legend: Legend, size: tuple[float, float], *, wh
     axes.set_xlim(0.0)
     axes.set_yscale("log")
     x_label, title = "Absolute deviation from the mean [DN]", f"Accumulated histogram {which}"
-    return finish(figure, axes, x=x_label, y="Pixels that deviate at least so much [%]", title=title)
+    return finish(figure, axes, x=x_label, y="Pixels in this bin and beyond [%]", title=title)
 
 
 spectrogram_dsnu_horizontal = partial(_spectrogram, which="DSNU", direction="horizontal")

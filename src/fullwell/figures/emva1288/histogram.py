@@ -79,6 +79,6 @@ def normal_counts(histogram: StackHistogram, *, mean: float, variance: float) ->
 
 
 def accumulated(values: Floats, *, frames: int) -> StackHistogram:
-    """Return how many pixels deviate from the mean by at least each bin's value, (77) to (81)."""
+    """Return how many pixels deviate from the mean as much as each bin tells or more, (77) to (81)."""
     found = stack_histogram(values, frames=frames, about=float(values.mean()))
     return StackHistogram(centres=found.centres, counts=np.cumsum(found.counts[::-1])[::-1], width=found.width)

@@ -287,7 +287,7 @@ def _accumulated(which: str) -> _Kind:
     return _Kind(
         name=f"accumulated-{which}",
         title=f"Accumulated histogram {which.upper()}",
-        caption="Share of the pixels that deviate from the mean by at least so much.",
+        caption="Share of the pixels whose deviation from the mean lies in the bin of this centre, or beyond it.",
         curve=f"emva_accumulated_{which}",
         draw=getattr(plots_emva_pattern, f"accumulated_{which}"),
         columns=(("deviation", "deviation", "DN"), ("share", "share", "%"), ("pixels", "pixels", "")),

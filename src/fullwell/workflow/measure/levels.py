@@ -9,6 +9,7 @@ from fullwell.fit.black_level import Evidence, FusedLevel, fuse
 from fullwell.fit.black_level import declared as declared_level
 from fullwell.fit.pooling import SIGNIFICANCE, mean_sharing_errors, pool_channels
 from fullwell.frames.series import Study
+from fullwell.report.numbers import show_exposure
 from fullwell.units import DN, Measured
 from fullwell.workflow.masked import MaskedArea
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -219,8 +220,9 @@ def _black_findings(bursts: IsoBursts, fused: Sequence[tuple[str, FusedLevel | N
     burst = inseparable_burst(bursts)
     if burst is not None:
         message = (
-            f"the only unlit frames at {bursts.label} are dark frames of {burst.exposure_s:g} s: their mean holds the "
-            "dark signal too and is not taken for the black level; add bias frames, or dark frames of other exposures"
+            f"the only unlit frames at {bursts.label} are dark frames of {show_exposure(burst.exposure_s)}: their mean "
+            "holds the dark signal too and is not taken for the black level; add bias frames, or dark frames of "
+            "other exposures"
         )
         findings.append(Finding(code="one-dark-exposure", severity=Severity.WARNING, message=message))
     unknown = [channel for channel, level, _ in fused if level is None]

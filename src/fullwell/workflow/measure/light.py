@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Final
 
 from fullwell.findings import Finding, Severity
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.dark_level import mean_dark_line
@@ -43,7 +44,8 @@ def unlit_findings(bursts: IsoBursts) -> tuple[Finding, ...]:
     if distances[worst] <= MOST_OFF_LINE:
         return ()
     means = ", ".join(
-        f"{burst.plane(worst).mean:.1f} DN at {burst.exposure_s:g} s ({burst.kind.value})" for burst in bursts.unlit
+        f"{burst.plane(worst).mean:.1f} DN at {show_exposure(burst.exposure_s)} ({burst.kind.value})"
+        for burst in bursts.unlit
     )
     message = (
         f"the unlit frames at {bursts.label} do not follow a rising line over exposure: {worst} has {means}. Light "

@@ -8,6 +8,7 @@ from fullwell.figures.results import Row
 from fullwell.findings import Finding, Severity
 from fullwell.fit.nonuniformity import Nonuniformity, nonuniformity
 from fullwell.fit.pooling import SIGNIFICANCE, SharedErrors, mean_of_sites, pool_channels
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.pattern import SMALLEST_SIDE, pattern
 from fullwell.units import DN, DN2, ONE, PERCENT, PERCENT2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -288,9 +289,9 @@ def _findings(bursts: IsoBursts, maps: IsoMaps, rows: Sequence[Row]) -> tuple[Fi
     asked = [burst for burst in bursts.flats if burst.frames > 1 and burst.sums is not None]
     left_out = [burst for burst in asked if burst.series.key not in taken]
     if left_out:
-        exposures = ", ".join(f"{burst.exposure_s:g}" for burst in left_out)
+        exposures = ", ".join(show_exposure(burst.exposure_s) for burst in left_out)
         message = (
-            f"flats of {exposures} s at {bursts.label} are saturated, or lie beyond the turn of the variance, in every "
+            f"flats of {exposures} at {bursts.label} are saturated, or lie beyond the turn of the variance, in every "
             "channel: PRNU and slopes are measured without them"
         )
         findings.append(Finding(code="flats-saturated", severity=Severity.WARNING, message=message))

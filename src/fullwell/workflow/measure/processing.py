@@ -13,6 +13,7 @@ from scipy.special import fdtr
 
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.findings import Finding, Severity
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.codes import CodeUse, Pattern, code_use
 from fullwell.statistics.noise_correlation import REACH, NoiseCorrelation
 from fullwell.statistics.series import Histogram
@@ -150,8 +151,9 @@ def _filtered(bursts: IsoBursts, pairs: Sequence[PairLook]) -> tuple[set[str], t
         kind = "smoothing (denoised, interpolated or resized)" if strongest(found[0][1]) > 0.0 else "sharpening"
         message = (
             f"The noise of neighbouring pixels of one colour hangs together in {pair.kind.value} frames of "
-            f"{pair.exposure_s:g} s at {bursts.label}: correlation {said}. That is {kind} in the camera: the variance "
-            "is not that of the photons; read noise, and K from the variance alone, are off by about that share."
+            f"{show_exposure(pair.exposure_s)} at {bursts.label}: correlation {said}. That is {kind} in the camera: "
+            "the variance is not that of the photons; read noise, and K from the variance alone, are off by about that "
+            "share."
         )
         findings.append(
             Finding(

@@ -15,6 +15,7 @@ from fullwell.fit.pooling import SharedErrors, mean_of_sites
 from fullwell.fit.read_noise import analogue_read_noise, excess_ratio
 from fullwell.fit.variance_components import temporal_variance, variance_components
 from fullwell.frames.series import Kind
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.series import LegacyBurst, PlaneStatistics
 from fullwell.units import DN, DN2, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
@@ -259,6 +260,7 @@ def _findings(bursts: IsoBursts, burst: Burst, noises: Sequence[ChannelNoise]) -
         return ()
     message = (
         f"no bias frames at {bursts.label}: read noise of {', '.join(mixed)} comes from dark frames of "
-        f"{burst.exposure_s:g} s and includes the shot noise of their dark current; take a burst of bias frames"
+        f"{show_exposure(burst.exposure_s)} and includes the shot noise of their dark current; "
+        "take a burst of bias frames"
     )
     return (Finding(code="read-noise-mixed", severity=Severity.WARNING, message=message),)

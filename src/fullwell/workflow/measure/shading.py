@@ -14,6 +14,7 @@ from fullwell.fit.shading.extent import corner_and_edges, residual_rms
 from fullwell.fit.shading.selection import ShadingFits, fit_shading
 from fullwell.fit.shading.surface import ShadingModel
 from fullwell.frames.series import Camera
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.bins import bin_plane, bin_size
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.units import ONE
@@ -286,13 +287,13 @@ def _findings(bursts: IsoBursts, failures: Sequence[tuple[Burst, str, str]]) -> 
             if other is burst:
                 reasons.setdefault(reason, []).append(channel)
         for reason, channels in reasons.items():
-            by_reason.setdefault((", ".join(channels), reason), []).append(f"{burst.exposure_s:g}")
+            by_reason.setdefault((", ".join(channels), reason), []).append(show_exposure(burst.exposure_s))
     return tuple(
         Finding(
             code="shading-not-measured",
             severity=Severity.WARNING,
             message=(
-                f"lens shading of {channels} at {bursts.label}, flats of {', '.join(exposures)} s, is not measured: "
+                f"lens shading of {channels} at {bursts.label}, flats of {', '.join(exposures)}, is not measured: "
                 f"{reason}"
             ),
         )

@@ -8,6 +8,7 @@ from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
 from fullwell.fit.pooling import SIGNIFICANCE
 from fullwell.fit.shading.comparison import ShadingDifference, compare_shading
+from fullwell.report.numbers import show_exposure
 from fullwell.workflow.executor import in_threads
 from fullwell.workflow.measure.section import Section
 from fullwell.workflow.measure.shading import BurstShading
@@ -90,7 +91,7 @@ def _findings(differences: Sequence[BurstDifference]) -> tuple[Finding, ...]:
     iso = "" if other.iso is None else f"ISO {other.iso:g}, "
     message = (
         f"lens shading is not the same in every burst: {len(worst)} of {tests} maps differ from the first by more than "
-        f"their errors, the most {100.0 * rms:.2g} % rms ({channel}, {iso}{other.burst.exposure_s:g} s); look for "
-        "stray light, a light source that moved, or a response that is not linear"
+        f"their errors, the most {100.0 * rms:.2g} % rms ({channel}, {iso}{show_exposure(other.burst.exposure_s)}); "
+        "look for stray light, a light source that moved, or a response that is not linear"
     )
     return (Finding(code="shading-differs", severity=Severity.INFO, message=message),)

@@ -9,6 +9,7 @@ from scipy.special import stdtr
 
 from fullwell.figures.results import Column, Curve
 from fullwell.findings import Finding, Severity
+from fullwell.report.numbers import show_exposure, show_signed
 from fullwell.units import DN, PERCENT, Measured
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
@@ -144,7 +145,10 @@ def _exposure_findings(bursts: IsoBursts, known: Sequence[tuple[ChannelTransfer,
                 said[point.burst.exposure_s] = max(deviation, worst, key=abs)
     if not said:
         return ()
-    named = ", ".join(f"{exposure_s:g} s {100.0 * deviation:+.1f} %" for exposure_s, deviation in sorted(said.items()))
+    named = ", ".join(
+        f"{show_exposure(exposure_s)} {show_signed(100.0 * deviation)} %"
+        for exposure_s, deviation in sorted(said.items())
+    )
     message = (
         f"signal is not proportional to exposure at {bursts.label}: {named} against the median of the longer half; "
         "the exposure times, the light, the response or the black level are not what they seem"

@@ -6,6 +6,7 @@ from dataclasses import replace
 from fullwell.findings import Finding, Severity
 from fullwell.fit.censored import is_clipped_low
 from fullwell.fit.variance_components import variance_components
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.series import PlaneStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 from fullwell.workflow.measure.white_level import WhiteLevel
@@ -29,7 +30,7 @@ def usable_unlit(bursts: IsoBursts, whites: Sequence[WhiteLevel]) -> tuple[IsoBu
     )
     findings: list[Finding] = []
     if saturated:
-        named = ", ".join(f"{burst.kind.value} {burst.exposure_s:g} s" for burst in saturated)
+        named = ", ".join(f"{burst.kind.value} {show_exposure(burst.exposure_s)}" for burst in saturated)
         message = f"unlit frames at {bursts.label} saturate and are left out ({named}): take shorter dark exposures"
         findings.append(Finding(code="dark-saturated", severity=Severity.WARNING, message=message))
     if clipped:

@@ -9,6 +9,7 @@ from fullwell.figures.emva1288.line import Line, fit_line
 from fullwell.figures.emva1288.sweep import Floats, Sweep
 from fullwell.findings import Finding, Severity
 from fullwell.frames.selection import EXPOSURE_TOLERANCE
+from fullwell.report.numbers import show_exposure
 from fullwell.statistics.pairs import PairStatistics
 from fullwell.workflow.measure.bursts import Burst, IsoBursts
 
@@ -159,10 +160,10 @@ def sweep_findings(bursts: IsoBursts, sweep: Sweep, darks: DarkSeries) -> tuple[
         how = (
             f"read off a line through the darks at {darks.exposure_s.size} exposures"
             if darks.lines is not None
-            else f"taken from the darks at {darks.exposure_s[0]:g} s, dark current neglected"
+            else f"taken from the darks at {show_exposure(float(darks.exposure_s[0]))}, dark current neglected"
         )
-        listed = ", ".join(f"{one:g}" for one in without[:8]) + (" ..." if without.size > 8 else "")
-        message = f"no darks at {listed} s at {bursts.label}: the dark signal there is {how}"
+        listed = ", ".join(show_exposure(float(one)) for one in without[:8]) + (" ..." if without.size > 8 else "")
+        message = f"no darks at {listed} at {bursts.label}: the dark signal there is {how}"
         findings.append(Finding(code="emva-dark-line", severity=Severity.WARNING, message=message))
     if sweep.photons is None:
         message = (

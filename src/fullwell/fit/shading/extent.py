@@ -62,7 +62,8 @@ def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAn
     """Return corner and edges of a surface; their errors count that of the maximum and all covariances.
 
     The maximum of a surface that hardly shades is partly that of its noise: what it is too high by is taken off, and
-    counts as an error too.
+    counts as an error too. A free centre can follow noise further than that. Where the bins do not tell the plane from
+    an even one, the error is at least what seems to be missing from 1.
 
     Parameters
     ----------
@@ -85,7 +86,8 @@ def corner_and_edges(model: ShadingModel, *, temporal: bool = False) -> CornerAn
         slope[places] = 1.0 / value[places].size
         slope[-1] = -ratio
         variance = (float(slope @ covariance @ slope) + (ratio * excess) ** 2) / top**2
-        return Measured.normal(ratio, float(np.sqrt(max(variance, 0.0))), ONE)
+        least = 0.0 if model.shades else abs(1.0 - ratio)
+        return Measured.normal(ratio, max(float(np.sqrt(max(variance, 0.0))), least), ONE)
 
     return CornerAndEdges(corner=share(slice(0, 4)), edge_x=share(slice(4, 6)), edge_y=share(slice(6, 8)))
 
@@ -159,11 +161,13 @@ def optical_axis(model: ShadingModel) -> OpticalAxis | None:
     Returns
     -------
     OpticalAxis or None
-        None for models without a centre of their own, and where the curvature is below two of its errors: nothing
-        shades then, and centre and focal length mean nothing.
+        None for models without a centre of their own, where the bins do not tell the plane from an even one, and where
+        the curvature is below two of its errors: nothing shades then, and centre and focal length mean nothing.
 
     """
     surface = model.equation
+    if not model.shades:
+        return None
     if isinstance(surface, RadialSurface):
         error = np.sqrt(np.diag(model.covariance))
         row, column = (Measured.normal(float(model.values[at]), float(error[at]), PIXEL) for at in (-2, -1))

@@ -98,7 +98,8 @@ def fit_shading(data: ShadingData, *, models: Sequence[str] = MODELS, robust: bo
             failures[name] = str(error)
     if not found:
         raise ValueError("; ".join(f"{name}: {why}" for name, why in failures.items()) or "no shading model to fit")
-    fitted = _judged(sorted(found, key=lambda model: model.effective_terms))
+    even = _misfit(bins, np.full_like(bins.signal_dn, _level(bins)))[1]
+    fitted = _judged(sorted(found, key=lambda model: model.effective_terms), even=even)
     return ShadingFits(
         models={model.name: model for model in fitted},
         chosen=choose(fitted),
@@ -195,8 +196,23 @@ def _misfit(bins: WeightedBins, fitted: NDArray[np.float64]) -> tuple[float, flo
     return weights / MEAN_WEIGHT, squares / MEAN_WEIGHTED_SQUARE
 
 
-def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
-    """Scale the errors of models that do not fit.
+def _level(bins: WeightedBins) -> float:
+    """Return the mean of the bins [DN]."""
+    return float(np.sum(bins.fitting_weight * bins.signal_dn) / np.sum(bins.fitting_weight))
+
+
+def _even_p(models: Sequence[ShadingModel], even: float) -> float:
+    """Return the chance of so good an improvement on an even plane of chi-square ``even``, by Bonferroni over models.
+
+    Models of few terms see a weak falloff, those of many a strange one.
+    """
+    nesting = [model for model in models if model.effective_terms >= 2.0]
+    chances = [float(chdtrc(model.effective_terms - 1.0, max(even - model.chi_square, 0.0))) for model in nesting]
+    return min(len(chances) * min(chances), 1.0) if chances else 0.0
+
+
+def _judged(models: Sequence[ShadingModel], *, even: float) -> list[ShadingModel]:
+    """Scale the errors of models that do not fit, and tell whether they fit better than an even plane.
 
     The best by cross-validation says how noisy the bins are: beyond the 99 % point of chi-square, all errors are
     scaled. What the richest of the good models explains beyond a smaller one, per further term, says how far off that
@@ -205,6 +221,7 @@ def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
     best = min(models, key=lambda model: model.gcv)
     richest = [model for model in models if model.gcv <= best.gcv + 3.0 * best.gcv_error][-1]
     noise = _beyond_chance(best.chi_square, best.dof)
+    even_p = _even_p([replace(model, chi_square=model.chi_square / noise) for model in models], even / noise)
     out: list[ShadingModel] = []
     for model in models:
         excess, terms = model.chi_square - richest.chi_square, richest.effective_terms - model.effective_terms
@@ -218,6 +235,7 @@ def _judged(models: Sequence[ShadingModel]) -> list[ShadingModel]:
                 temporal_covariance=scale**2 * model.temporal_covariance,
                 error_scale=scale,
                 misfit=scale > _NOTABLE,
+                even_p=even_p,
             )
         )
     return out

@@ -7,6 +7,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fullwell.fit.goodness import MISFIT_SIZE
 from fullwell.model.shading import (
     CosineSurface,
     FixedCosineSurface,
@@ -71,6 +72,9 @@ class ShadingModel:
         The focal length that ``cos4-fixed`` was given [pixel of the plane]; None for the others.
     spline_terms
         Splines along rows and along columns of ``p-spline``; None for the others.
+    even_p
+        Chance that an evenly lit plane would seem to shade as much, by the models of the same fit together; 0 where
+        it was not asked.
 
     """
 
@@ -91,6 +95,12 @@ class ShadingModel:
     maximum_dn: float
     focal_length_pixels: float | None = None
     spline_terms: tuple[int, int] | None = None
+    even_p: float = 0.0
+
+    @property
+    def shades(self) -> bool:
+        """Whether the bins tell the plane from an evenly lit one (size 1 %)."""
+        return self.even_p < MISFIT_SIZE
 
     @property
     def equation(self) -> Surface:

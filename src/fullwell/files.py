@@ -13,6 +13,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final, cast
 
+RESULTS_SCHEMA: Final = "fullwell-results/1"
+"""Of ``results.json``, by which a folder of results is known."""
 _FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 """What the system says where no more can be written."""
 _DESKTOP: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
@@ -38,8 +40,16 @@ def replaced_folder(out: Path) -> Generator[Path]:
     Path
         A folder beside ``out``.
 
+    Raises
+    ------
+    OSError
+        ``out`` may not be written to, or a disk is mounted there: nothing can take its place.
+
     """
     target = out.resolve()
+    hindrance = _hindrance(target) if target.exists() else None
+    if hindrance is not None:
+        raise OSError(hindrance, os.strerror(hindrance), str(out))
     target.parent.mkdir(parents=True, exist_ok=True)
     for left in target.parent.glob(f".{glob.escape(target.name)}-*.partial"):
         _remove_abandoned(left, target)
@@ -64,6 +74,13 @@ def replaced_folder(out: Path) -> Generator[Path]:
             raise
         if former.exists():
             former.rename(Path(workshop) / "former")
+
+
+def _hindrance(target: Path) -> int | None:
+    """Return why a folder cannot be replaced, as the system would say at the end of the work."""
+    if os.path.ismount(target):
+        return errno.EBUSY
+    return None if os.access(target, os.W_OK) else errno.EACCES
 
 
 @contextmanager

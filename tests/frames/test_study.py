@@ -141,6 +141,18 @@ def test_other_folders_are_left_out_and_named(tmp_path: Path, make_dng: MakeFram
     assert study.excluded == ()
 
 
+def test_frames_kept_among_results_are_no_frames_of_the_study(tmp_path: Path, make_dng: MakeFrame) -> None:
+    """A loop keeps simulated frames there; results of other programs are nobody's sign."""
+    for folder in ("flat", "loop/study/flat", "other/flat", "flat/results"):
+        make_dng(tmp_path / folder / "a.dng")
+    for folder, schema in (("loop", "fullwell-results/1"), ("flat/results", "fullwell-results/1"), ("other", "x/1")):
+        (tmp_path / folder / "results.json").write_text(f'{{"schema": "{schema}"}}', encoding="utf-8")
+    study = load(tmp_path)
+    assert [frame.name for one in study.series for frame in one.frames] == ["flat/a.dng", "other/flat/a.dng"]
+    assert study.findings == ()
+    assert len(load(tmp_path / "loop").series[0].frames) == 1
+
+
 def test_companions_are_passed_over_in_silence(tmp_path: Path, make_dng: MakeFrame) -> None:
     for n in range(2):
         make_dng(tmp_path / f"flat/{n}.dng")

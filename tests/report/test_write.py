@@ -1,9 +1,11 @@
 """The results folder appears whole or not at all, and never in the place of somebody else's files."""
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -95,13 +97,31 @@ def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path):
 
 def test_a_file_in_the_place_of_a_parent_is_refused(tmp_path):
     (tmp_path / "file").write_text("a file")
-    with pytest.raises(UsageError, match="cannot be written"):
+    with pytest.raises(UsageError, match=r"cannot be written: .*file is a file"):
         check_target(tmp_path / "file" / "out")
 
 
 def test_checking_a_target_makes_nothing(tmp_path):
     check_target(tmp_path / "a" / "b")
     assert names(tmp_path) == []
+
+
+def test_what_cannot_be_replaced_is_said_before_the_work(tmp_path, monkeypatch):
+    """The system would refuse it afterwards; a protected folder only when another already stood in its place."""
+    out = tmp_path / "out"
+    write_results(SMALL, out)
+    with monkeypatch.context() as protected:
+        protected.setattr(os, "access", lambda path, _mode: Path(path) != out)
+        with pytest.raises(UsageError, match=f"no permission to write in {out}"):
+            check_target(out)
+        with pytest.raises(PermissionError), replaced_folder(out):
+            pytest.fail("the work began")
+    monkeypatch.setattr(os.path, "ismount", lambda path: Path(path) == out)
+    with pytest.raises(UsageError, match="disk is mounted"):
+        check_target(out)
+    with pytest.raises(OSError, match="busy"), replaced_folder(out):
+        pytest.fail("the work began")
+    assert names(out) == FILES
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, OSError])

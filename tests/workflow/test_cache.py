@@ -17,7 +17,7 @@ from fullwell.errors import UnreadableFileError, UsageError
 from fullwell.frames.series import Frame, Kind, Study
 from fullwell.raw.isolation import GAVE_UP
 from fullwell.workflow.cache import fingerprint, series_cache
-from fullwell.workflow.cache.opening import opened_cache
+from fullwell.workflow.cache.opening import cache_beside, opened_cache
 from fullwell.workflow.cache.series_cache import SeriesCache
 from fullwell.workflow.options import CacheChoice, Options
 from fullwell.workflow.reduce import Reduction, reduce_study
@@ -314,4 +314,5 @@ def test_cache_options_are_refused_where_they_cannot_hold(tmp_path: Path) -> Non
     assert cache_from(None, no_cache=False, out=out) == CacheChoice(folder=tmp_path / "out.cache")
     assert cache_from(out, no_cache=False, out=None) == CacheChoice(folder=out, shared=True)
     assert opened_cache(Options(), out=out) is None
+    assert cache_beside(Path("/")) == Path("/.cache")
     assert not out.exists()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fullwell.errors import UsageError
+from fullwell.files import RESULTS_SCHEMA, holds_document
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.role import kind_of_folder
 from fullwell.frames.series import Camera, Kind
@@ -17,6 +18,7 @@ _KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or sce
 
 _Entry = os.DirEntry[str] | Entry
 
+_RESULTS = "results.json"
 _CACHE_TAG = "CACHEDIR.TAG"
 """Holds a folder of what can be made again, such as finished series of ours."""
 
@@ -70,12 +72,17 @@ def discover(root: Path, *, headerless: bool = False) -> Source:
 
 
 def _walk(folder: Path, *, prefix: str, kind: Kind | None, search: _Search) -> bool:
-    """Collect what lies below a folder; return whether a folder named for a kind was met."""
+    """Collect what lies below a folder; return whether a folder named for a kind was met.
+
+    Results in the study are no part of it, nor are the simulated frames that a loop or a demo keeps among them.
+    """
     identity = (os.path.realpath(folder), kind)
     if identity in search.visited or (folder / _CACHE_TAG).is_file():
         return False
     search.visited.add(identity)
     folders, files = _entries(folder)
+    if prefix and _holds_results(folder, files):
+        return False
     _collect(folder, files, prefix=prefix, kind=kind, search=search)
     met = False
     nameless: list[str] = []
@@ -134,10 +141,15 @@ def _is_frame(suffix: str, search: _Search) -> bool:
     return search.headerless and suffix not in COMPANION_SUFFIXES
 
 
+def _holds_results(folder: Path, files: list[_Entry]) -> bool:
+    there = any(entry.name == _RESULTS for entry in files)
+    return there and holds_document(folder, _RESULTS, schema=RESULTS_SCHEMA)
+
+
 def _is_our_output(folder: Path) -> bool:
     """Tell folders of results, of finished series, and of what a simulated study was made from."""
     simulated = folder.name == "inputs" and (folder.parent / "truth.json").is_file()
-    return simulated or (folder / "results.json").is_file() or (folder / _CACHE_TAG).is_file()
+    return simulated or (folder / _RESULTS).is_file() or (folder / _CACHE_TAG).is_file()
 
 
 def _findings(search: _Search) -> Iterator[Finding]:

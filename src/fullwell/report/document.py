@@ -15,9 +15,10 @@ import numpy as np
 
 from fullwell import glossary
 from fullwell.figures.results import Curve, Results, Row
+from fullwell.files import RESULTS_SCHEMA
 from fullwell.findings import Finding
 
-SCHEMA: Final = "fullwell-results/1"
+SCHEMA: Final = RESULTS_SCHEMA
 DOCUMENT: Final = "results.json"
 EMVA_FOLDER: Final = "emva1288"
 """Folder of the result files of the reference package."""

@@ -47,23 +47,39 @@ def check_target(out: Path) -> None:
     if target.exists() and not target.is_dir():
         message = f"{out} is a file; name a folder for the results with -o"
         raise UsageError(message)
-    if target.is_dir() and any(target.iterdir()) and not holds_document(target, DOCUMENT, schema=SCHEMA):
+    if target.is_dir():
+        _require_own(out, target)
+    for folder in (target, target.parent) if target.is_dir() else (_lowest_there(target),):
+        if not folder.is_dir():
+            message = f"{out} cannot be written: {folder} is a file; name another folder with -o"
+            raise UsageError(message)
+        if not os.access(folder, os.W_OK | os.X_OK):
+            message = f"{out} cannot be written: no permission to write in {folder}; choose another folder with -o"
+            raise UsageError(message)
+
+
+def _require_own(out: Path, target: Path) -> None:
+    """See that a folder that is there is one that results may take the place of."""
+    if os.path.ismount(target):
+        message = f"{out} is where a disk is mounted, which nothing can take the place of; name a folder in it with -o"
+        raise UsageError(message)
+    if any(target.iterdir()) and not holds_document(target, DOCUMENT, schema=SCHEMA):
         message = (
             f"{out} holds something other than Fullwell's results and is left untouched; "
             "name a new or empty folder with -o"
         )
         raise UsageError(message)
-    foreign = foreign_in(target, OWN) if target.is_dir() else []
+    foreign = foreign_in(target, OWN)
     if foreign:
         message = (
             f"{out} would be replaced, but beside Fullwell's results it holds {listed(foreign)}; move that away or "
             "name another folder with -o"
         )
         raise UsageError(message)
-    ancestor = next(folder for folder in target.parents if folder.exists())
-    if not ancestor.is_dir() or not os.access(ancestor, os.W_OK | os.X_OK):
-        message = f"{out} cannot be written: no permission to write in {ancestor}; choose another folder with -o"
-        raise UsageError(message)
+
+
+def _lowest_there(target: Path) -> Path:
+    return next(folder for folder in target.parents if folder.exists())
 
 
 def write_files(results: Results, folder: Path, *, pictures: "Pictures | None" = None) -> None:

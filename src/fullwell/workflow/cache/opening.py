@@ -13,7 +13,7 @@ MOST_SHARED_BYTES: Final = 32_000_000_000
 def cache_beside(out: Path) -> Path:
     """Return where the finished series of a run are kept unless it is told otherwise: ``OUT.cache``."""
     whole = out.resolve()
-    return whole.with_name(f"{whole.name}.cache")
+    return whole.parent / f"{whole.name}.cache"
 
 
 def opened_cache(options: Options, *, out: Path) -> SeriesCache | None:

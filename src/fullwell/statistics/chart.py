@@ -79,6 +79,8 @@ class PatchPoint:
         Share of the values on code 0, and on the white level or above it.
     density
         As the chart has it.
+    full
+        Whether its pixels are full though no rail cuts them off: its variance tells of nothing.
 
     """
 
@@ -105,6 +107,7 @@ class PatchPoint:
     clipped_low: float
     clipped_high: float
     density: float | None
+    full: bool = False
 
     @property
     def clipped(self) -> bool:
@@ -113,8 +116,13 @@ class PatchPoint:
 
     @property
     def admitted(self) -> bool:
-        """Tell whether the patch may take part in fits: not clipped, and more than one code in it."""
-        return not self.clipped and self.dof > 0 and self.highest > self.lowest
+        """Tell whether the patch may take part in fits: not clipped or full, and more than one code in it."""
+        return not self.clipped and not self.full and self.dof > 0 and self.highest > self.lowest
+
+    @property
+    def noise_dn2(self) -> float:
+        """Return the variance between frames, that of a single frame where there is but one [DN^2]."""
+        return self.temporal_variance_dn2 if self.frames > 1 else self.variance_dn2
 
 
 def patch_points(

@@ -89,12 +89,12 @@ def _clipping(shots: Shots) -> tuple[Finding, ...]:
     findings: list[Finding] = []
     for scene in shots.scenes:
         points = scene.brightest.points
-        high = list(dict.fromkeys(point.patch for point in points if point.clipped_high > 0.001))
+        high = list(dict.fromkeys(point.patch for point in points if point.clipped_high > 0.001 or point.full))
         low = list(dict.fromkeys(point.patch for point in points if point.clipped_low > 0.001))
         if len(high) >= 2:
             message = (
-                f"{scene.name} is over-exposed: {len(high)} patches clip ({listed(high)}); their light fogs the dark "
-                "patches and they are not used; expose so that one patch just clips"
+                f"{scene.name} is over-exposed: {len(high)} patches clip or are full ({listed(high)}); their light "
+                "fogs the dark patches and they are not used; expose so that one patch just clips"
             )
             findings.append(Finding(code="over-exposed", severity=Severity.WARNING, message=message))
         elif not high:

@@ -11,6 +11,7 @@ from fullwell.workflow.measure.chart.camera import measure_camera
 from fullwell.workflow.measure.chart.curves import chart_curves
 from fullwell.workflow.measure.chart.evidence import gather_evidence
 from fullwell.workflow.measure.chart.framings import measure_framings
+from fullwell.workflow.measure.chart.full_patches import without_full
 from fullwell.workflow.measure.chart.levels import ChartLevels, chart_maximum, decide_levels, measure_whites
 from fullwell.workflow.measure.chart.line_noise import line_noise
 from fullwell.workflow.measure.chart.noise_model import ChartModel, fit_all, fit_channel, tabulate
@@ -70,6 +71,7 @@ def measure_shots(
         What dark frames of a study tell of it, by channel [DN/s].
 
     """
+    shots = without_full(shots)
     whites = measure_whites(study, shots)
     maximum = chart_maximum(whites)
     points = [point for _, exposure in shots.exposures for point in exposure.points]

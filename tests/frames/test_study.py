@@ -1,6 +1,7 @@
 """A folder becomes a study: every rule of RESULTS 1, and nothing lost without a word."""
 
 import os
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from random import Random
@@ -151,6 +152,23 @@ def test_frames_kept_among_results_are_no_frames_of_the_study(tmp_path: Path, ma
     assert [frame.name for one in study.series for frame in one.frames] == ["flat/a.dng", "other/flat/a.dng"]
     assert study.findings == ()
     assert len(load(tmp_path / "loop").series[0].frames) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are text there")
+def test_a_name_that_is_no_text_is_left_out_and_told(tmp_path: Path, make_dng: MakeFrame) -> None:
+    for name in ("flat/a ü\n.dng", os.fsdecode(b"flat/b\xff.dng"), os.fsdecode(b"flat/\xfe/c.dng")):
+        make_dng(tmp_path / name)
+    (tmp_path / "flat" / os.fsdecode(b"\xff.xyz")).touch()
+    (tmp_path / os.fsdecode(b"\xff")).mkdir()
+    study = load(tmp_path)
+    assert [frame.name for one in study.series for frame in one.frames] == ["flat/a ü\n.dng"]
+    found = {one.code: one for one in study.findings}
+    assert found["files-unknown"].files == ("flat/\\udcff.xyz",)
+    assert found["folders-left-out"].files == ("\\udcff",)
+    said = found["name-no-text"]
+    assert said.severity is Severity.ERROR
+    assert said.files == ("flat/\\udcfe/c.dng", "flat/b\\udcff.dng")
+    assert all(name in said.message for name in said.files)
 
 
 def test_companions_are_passed_over_in_silence(tmp_path: Path, make_dng: MakeFrame) -> None:

@@ -38,6 +38,7 @@ class _Search:
     visited: set[tuple[str, Kind | None]] = field(default_factory=set[tuple[str, Kind | None]])
     taken: set[tuple[str, Kind]] = field(default_factory=set[tuple[str, Kind]])
     duplicates: list[str] = field(default_factory=list[str])
+    no_text: list[str] = field(default_factory=list[str])
 
 
 def discover(root: Path, *, headerless: bool = False) -> Source:
@@ -92,7 +93,7 @@ def _walk(folder: Path, *, prefix: str, kind: Kind | None, search: _Search) -> b
         if _walk(folder / entry.name, prefix=f"{name}/", kind=below, search=search) or below is not None:
             met = True
         elif not _is_our_output(folder / entry.name):
-            nameless.append(name)
+            nameless.append(_as_text(name))
     if kind is None and (met or not prefix):
         search.left_out += nameless
     return met
@@ -118,7 +119,8 @@ def _listing(folder: Path) -> list[_Entry]:
 def _collect(folder: Path, files: list[_Entry], *, prefix: str, kind: Kind | None, search: _Search) -> None:
     developed = {Path(entry.name).stem for entry in files if Path(entry.name).suffix.lower() == ".dng"}
     for entry in files:
-        name, suffix = f"{prefix}{entry.name}", Path(entry.name).suffix.lower()
+        path, suffix = f"{prefix}{entry.name}", Path(entry.name).suffix.lower()
+        name = _as_text(path)
         search.files += 1
         if not _is_frame(suffix, search):
             search.previews += suffix in PREVIEW_SUFFIXES
@@ -128,11 +130,18 @@ def _collect(folder: Path, files: list[_Entry], *, prefix: str, kind: Kind | Non
             search.previews += 1
         elif kind is None:
             search.loose.append(name)
+        elif name != path:
+            search.no_text.append(name)
         elif (identity := (os.path.realpath(folder / entry.name), kind)) in search.taken:
             search.duplicates.append(name)
         else:
             search.taken.add(identity)
             search.candidates.append(Candidate(name=name, path=folder / entry.name, kind=kind))
+
+
+def _as_text(name: str) -> str:
+    """Return a name with its bytes written out where they are no text, and cannot stand in results."""
+    return name.encode("utf-8", "backslashreplace").decode()
 
 
 def _is_frame(suffix: str, search: _Search) -> bool:
@@ -175,6 +184,14 @@ def _findings(search: _Search) -> Iterator[Finding]:
             severity=Severity.INFO,
             message=f"Passed over, no raw format has this ending: {listed(sorted(search.unknown))}.",
             files=tuple(sorted(search.unknown)),
+        )
+    if search.no_text:
+        names = tuple(sorted(search.no_text))
+        yield Finding(
+            code="name-no-text",
+            severity=Severity.ERROR,
+            message=f"Left out, their names are no text in UTF-8: {listed(names)}; rename them.",
+            files=names,
         )
     if search.duplicates:
         yield Finding(

@@ -40,6 +40,11 @@ class Observations:
         Number of the channel.
     patch
         Number of the patch in its scene: the same at every exposure, never that of another scene.
+    line_spread_dn4
+        k by which noise that lines share makes a variance scatter wider, by 1 + k over the square of the variance of a
+        single frame (METHOD 1.8) [DN^4]; None for none.
+    line_covariance_dn4
+        Covariance of different variances by lines that they share, shape (N, N) [DN^4]; None for none.
 
     """
 
@@ -51,6 +56,8 @@ class Observations:
     temporal: NDArray[np.bool_]
     channel: NDArray[np.int64]
     patch: NDArray[np.int64]
+    line_spread_dn4: NDArray[np.float64] | None = None
+    line_covariance_dn4: NDArray[np.float64] | None = None
 
     def where(self, kept: NDArray[np.bool_]) -> "Observations":
         """Return some of the observations."""
@@ -63,6 +70,8 @@ class Observations:
             temporal=self.temporal[kept],
             channel=self.channel[kept],
             patch=self.patch[kept],
+            line_spread_dn4=None if self.line_spread_dn4 is None else self.line_spread_dn4[kept],
+            line_covariance_dn4=None if (by_line := self.line_covariance_dn4) is None else by_line[kept][:, kept],
         )
 
     def of_channel(self, channel: int) -> "Observations":
@@ -150,16 +159,51 @@ def fit_chart_noise(
     has_bursts = bool(observations.temporal.any())
     group = np.zeros(observations.signal_dn.size, np.int64) if groups is None else groups
     design = _design(observations, group, has_bursts=has_bursts)
-    fit = fit_checked(
-        ChartFit,
-        design,
-        observations.variance_dn2,
-        observations.dof,
-        low_signal=observations.low_signal,
-        reject_outliers=reject_outliers,
-    )
+
+    def fitted(seen: Observations) -> ChartFit:
+        return fit_checked(
+            ChartFit,
+            design,
+            seen.variance_dn2,
+            seen.dof,
+            low_signal=seen.low_signal,
+            reject_outliers=reject_outliers,
+        )
+
+    fit = fitted(observations)
+    if observations.line_spread_dn4 is not None:
+        observations = replace(observations, dof=_with_lines(observations, group, fit, has_bursts=has_bursts))
+        fit = fitted(observations)
     common = _common_pattern(observations, group, design, fit, has_bursts=has_bursts)
+    if observations.line_covariance_dn4 is not None:
+        influence = _influence(observations, design, fit)
+        common += influence @ observations.line_covariance_dn4 @ influence.T
     return replace(fit, has_bursts=has_bursts, covariance=fit.covariance + common)
+
+
+def _with_lines(
+    observations: Observations, group: NDArray[np.int64], fit: CheckedFit, *, has_bursts: bool
+) -> NDArray[np.float64]:
+    """Return the degrees of freedom that lines leave, by the fitted variance of a single frame.
+
+    By the variance that was found they would be more where it came out high, and the fit would follow these.
+    """
+    signal, coefficients = observations.signal_dn, fit.coefficients
+    frame = coefficients[0] + coefficients[1] * signal + coefficients[2 + group] * signal**2
+    frame += coefficients[-1] if has_bursts else 0.0
+    least = 0.1 * float(np.median(observations.variance_dn2))
+    spread = 0.0 if observations.line_spread_dn4 is None else observations.line_spread_dn4
+    return observations.dof / (1.0 + spread / np.maximum(frame, least) ** 2)
+
+
+def _influence(observations: Observations, design: NDArray[np.float64], fit: CheckedFit) -> NDArray[np.float64]:
+    """Return the derivatives of the coefficients by the variances, shape (coefficients, N)."""
+    predicted = np.maximum(design @ fit.coefficients, np.finfo(np.float64).tiny)
+    freedom = np.where(observations.dof > 0.0, observations.dof, 1.0)
+    weighted = design * np.where(fit.used, 1.0 / (2.0 * predicted**2 / freedom), 0.0)[:, None]
+    scale = 1.0 / np.sqrt(np.diagonal(weighted.T @ design))
+    inverse = np.linalg.inv((weighted.T @ design) * np.outer(scale, scale)) * np.outer(scale, scale)
+    return inverse @ weighted.T
 
 
 def fit_shared_noise(observations: Observations, *, channels: int) -> SharedModel:
@@ -173,7 +217,7 @@ def fit_shared_noise(observations: Observations, *, channels: int) -> SharedMode
         How many; they are numbered from 0.
 
     """
-    clean = _joined([_without_outliers(observations.of_channel(number)) for number in range(channels)])
+    clean = _without_outliers(observations, channels=channels)
     apart = [fit_chart_noise(clean.of_channel(number), reject_outliers=False) for number in range(channels)]
     together = fit_chart_noise(clean, reject_outliers=False)
     physical = fit_chart_noise(clean, groups=clean.channel, reject_outliers=False)
@@ -217,12 +261,8 @@ def _common_pattern(
     _, first, counts = np.unique(identity[order], return_index=True, return_counts=True)
     if first.size == order.size:
         return np.zeros_like(fit.covariance)
-    predicted = np.maximum(design @ fit.coefficients, np.finfo(np.float64).tiny)
+    influences = _influence(observations, design, fit)
     freedom = np.where(observations.dof > 0.0, observations.dof, 1.0)
-    weights = np.where(fit.used, 1.0 / (2.0 * predicted**2 / freedom), 0.0)
-    weighted = design * weights[:, None]
-    scale = 1.0 / np.sqrt(np.diagonal(weighted.T @ design))
-    inverse = np.linalg.inv((weighted.T @ design) * np.outer(scale, scale)) * np.outer(scale, scale)
     fixed = np.maximum(fit.coefficients[2 + group], 0.0)
     offset = max(float(fit.coefficients[-1]), 0.0) if has_bursts else 0.0
     common = np.zeros_like(fit.covariance)
@@ -231,7 +271,7 @@ def _common_pattern(
         pattern = fixed[rows[0]] * np.outer(observations.signal_dn[rows], observations.signal_dn[rows]) + offset
         shared = 2.0 * pattern**2 / float(freedom[rows].min())
         np.fill_diagonal(shared, 0.0)
-        influence = inverse @ weighted[rows].T
+        influence = influences[:, rows]
         common += influence @ shared @ influence.T
     return common
 
@@ -246,18 +286,9 @@ def _ratio_test(together: CheckedFit, apart: Sequence[CheckedFit]) -> float:
     return float(fdtrc(dof, residual_dof if misfit else 1e9, ratio / dof / scale))
 
 
-def _without_outliers(observations: Observations) -> Observations:
-    return observations.where(fit_chart_noise(observations).used)
-
-
-def _joined(parts: Sequence[Observations]) -> Observations:
-    return Observations(
-        signal_dn=np.concatenate([one.signal_dn for one in parts]),
-        variance_dn2=np.concatenate([one.variance_dn2 for one in parts]),
-        dof=np.concatenate([one.dof for one in parts]),
-        low_signal=np.concatenate([one.low_signal for one in parts]),
-        frames=np.concatenate([one.frames for one in parts]),
-        temporal=np.concatenate([one.temporal for one in parts]),
-        channel=np.concatenate([one.channel for one in parts]),
-        patch=np.concatenate([one.patch for one in parts]),
-    )
+def _without_outliers(observations: Observations, *, channels: int) -> Observations:
+    """Return the observations that the fits of their own channels use."""
+    used = np.zeros(observations.signal_dn.size, np.bool_)
+    for number in range(channels):
+        used[observations.channel == number] = fit_chart_noise(observations.of_channel(number)).used
+    return observations.where(used)

@@ -47,10 +47,48 @@ class LineNoise:
     row: Lines
     column: Lines
 
-    def inflation(self, point: PatchPoint) -> float:
-        """Return how much wider a variance scatters for it (METHOD 1.8)."""
-        row, column = (line.whole_dn2 / point.variance_dn2 for line in (self.row, self.column))
-        return 1.0 + (point.columns - 1) * row**2 + (point.rows - 1) * column**2
+    @property
+    def seen(self) -> bool:
+        """Tell whether rows or columns have anything in common."""
+        return max(self.row.whole_dn2, self.column.whole_dn2) > 0.0
+
+    def spread_dn4(self, point: PatchPoint) -> float:
+        """Return k by which the variance s^2 of a patch scatters wider, by 1 + k / s^4 (METHOD 1.8)."""
+        return (point.columns - 1) * self.row.whole_dn2**2 + (point.rows - 1) * self.column.whole_dn2**2
+
+    def of_variances(
+        self, seen: Sequence[tuple[int, PatchPoint, bool]], patches: Sequence[Patch], *, cfa: str
+    ) -> NDArray[np.float64]:
+        """Return the covariance that lines give variances of different planes of patches, which share them.
+
+        Parameters
+        ----------
+        seen
+            Number of the exposure, plane of a patch, and whether it is a variance between frames.
+        patches
+            Where they are.
+        cfa
+            Order at the visible top-left pixel.
+
+        Returns
+        -------
+        ndarray
+            Shape (seen, seen), 0 for each with itself [DN^4].
+
+        """
+        points = [point for _, point, _ in seen]
+        exposure, temporal = (np.array([one[at] for one in seen]) for at in (0, 2))
+        frames = np.array([point.frames for point in points], np.float64)
+        same = exposure[:, None] == exposure
+        between = temporal[:, None] & temporal & same
+        spatial = ~temporal[:, None] & ~temporal
+        found = np.zeros(same.shape)
+        for line, overlap in zip((self.row, self.column), _overlaps(points, patches, cfa=cfa), strict=True):
+            of_mean = (line.fixed_dn2 + np.where(same, line.moving_dn2 / frames, 0.0)) ** 2
+            of_frames = line.moving_dn2**2 / np.maximum(frames - 1.0, 1.0)
+            found += 2.0 * overlap * (np.where(spatial, of_mean, 0.0) + np.where(between, of_frames, 0.0))
+        np.fill_diagonal(found, 0.0)
+        return found
 
     def lost(self, point: PatchPoint, *, between: bool = False) -> float:
         """Return what the surface took of a variance, that ``between`` frames or that of their mean (METHOD 1.4)."""

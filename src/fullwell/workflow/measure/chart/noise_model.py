@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from fullwell.fit.chart_noise import ChartFit, Observations, SharedModel, fit_chart_noise, fit_shared_noise
 from fullwell.statistics.chart import PatchPoint
@@ -61,32 +62,44 @@ def tabulate(shots: Shots, offsets_dn: Sequence[float], *, lines: LineNoise) -> 
     points: list[PatchPoint] = []
     patches: list[int] = []
     names: dict[tuple[int, str], int] = {}
-    for scene, exposure in shots.exposures:
+    seen: list[list[tuple[int, PatchPoint, bool]]] = [[] for _ in shots.scenes]
+    for number, (scene, exposure) in enumerate(shots.exposures):
         for point in exposure.points:
             if point.admitted:
                 points.append(point)
                 patches.append(names.setdefault((scene, point.patch), len(names)))
-    rows: list[tuple[float, float, float, float, float, bool, int, int]] = []
+                seen[scene] += [(number, point, True)] * (point.frames > 1) + [(number, point, False)]
+    rows: list[tuple[float, float, float, float, float, bool, int, int, float]] = []
     owners: list[int] = []
     for owner, (point, patch) in enumerate(zip(points, patches, strict=True)):
         channel = shots.channels.index(point.channel)
         signal = point.mean_dn - offsets_dn[channel]
-        wider = lines.inflation(point)
+        wider = lines.spread_dn4(point)
         share = 1.0 / (point.n * point.frames)
         if point.frames > 1:
-            dof = point.temporal_dof / wider
             temporal = point.temporal_variance_dn2 + lines.lost(point, between=True)
-            rows.append((signal, temporal, dof, share, point.frames, True, channel, patch))
+            rows.append((signal, temporal, point.temporal_dof, share, point.frames, True, channel, patch, wider))
             owners.append(owner)
         weight = share / point.frames**2
-        spatial, dof = point.spatial_variance_dn2 + lines.lost(point), point.spatial_dof / wider
-        rows.append((signal, spatial, dof, weight, point.frames, False, channel, patch))
+        spatial = point.spatial_variance_dn2 + lines.lost(point)
+        rows.append((signal, spatial, point.spatial_dof, weight, point.frames, False, channel, patch, wider))
         owners.append(owner)
-    return Table(points=tuple(points), observations=_observations(rows), owners=np.array(owners, np.int64))
+    shared = None
+    if lines.seen:
+        parts = (
+            lines.of_variances(one, scene.patches, cfa=shots.cfa)
+            for one, scene in zip(seen, shots.scenes, strict=True)
+            if one
+        )
+        shared = np.asarray(block_diag(*parts), np.float64)
+    return Table(points=tuple(points), observations=_observations(rows, shared), owners=np.array(owners, np.int64))
 
 
-def _observations(rows: Sequence[tuple[float, float, float, float, float, bool, int, int]]) -> Observations:
-    columns = list(zip(*rows, strict=True)) or [()] * 8
+def _observations(
+    rows: Sequence[tuple[float, float, float, float, float, bool, int, int, float]],
+    shared: NDArray[np.float64] | None,
+) -> Observations:
+    columns = list(zip(*rows, strict=True)) or [()] * 9
     floats = [np.array(column, np.float64) for column in columns[:5]]
     return Observations(
         signal_dn=floats[0],
@@ -97,6 +110,8 @@ def _observations(rows: Sequence[tuple[float, float, float, float, float, bool, 
         temporal=np.array(columns[5], np.bool_),
         channel=np.array(columns[6], np.int64),
         patch=np.array(columns[7], np.int64),
+        line_spread_dn4=None if shared is None else np.array(columns[8], np.float64),
+        line_covariance_dn4=shared,
     )
 
 

@@ -14,6 +14,7 @@ from PIL import Image
 from fullwell.report.drawing import Figure, key
 from fullwell.report.drawing.frame import margins
 from fullwell.report.drawing.geometry import Box
+from fullwell.report.drawing.images import jpeg_uri
 from fullwell.report.drawing.pen import Pen
 from fullwell.report.drawing.text import width
 
@@ -208,3 +209,9 @@ def test_what_stands_around_a_panel_takes_its_room():
     assert named.top > bare.top
     assert named.left > bare.left
     assert named.bottom > bare.bottom
+
+
+def test_pure_noise_is_packed_too():
+    noise = np.random.default_rng(1).integers(0, 256, (540, 960, 3), dtype=np.uint8)
+    packed = base64.b64decode(jpeg_uri(noise).partition(",")[2])
+    assert Image.open(io.BytesIO(packed)).size == (960, 540)

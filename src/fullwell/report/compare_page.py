@@ -13,6 +13,7 @@ from fullwell.figures.emva_against_chart import Line, Told
 from fullwell.figures.matching import Crossing, Match
 from fullwell.figures.results import Row
 from fullwell.figures.side_by_side import Comparison, Side, TenFigures
+from fullwell.report.inventory import run_date
 from fullwell.report.numbers import (
     MISSING,
     show,
@@ -256,7 +257,7 @@ def _side(side: Side) -> dict[str, object]:
         "bodies": side.bodies or ("not named in the files",),
         "kinds": ", ".join(kind for kind in kinds if kind) or "measured",
         "isos": ", ".join("unknown" if iso is None else f"{iso:g}" for iso in side.isos),
-        "time": str(run.get("time") or MISSING),
+        "time": run_date(side.results) or MISSING,
         "version": str(run.get("version") or MISSING),
         "rows": len(side.results.rows),
     }

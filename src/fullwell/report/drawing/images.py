@@ -42,7 +42,7 @@ def jpeg_uri(image: NDArray[np.uint8]) -> str:
     from PIL import Image  # noqa: PLC0415 - loads where there are pictures
 
     packed = io.BytesIO()
-    Image.fromarray(image).save(packed, format="JPEG", quality=_JPEG_QUALITY, subsampling=0, optimize=True)
+    Image.fromarray(image).save(packed, format="JPEG", quality=_JPEG_QUALITY, subsampling=0)
     return data_uri(packed.getvalue(), kind="jpeg")
 
 

@@ -10,6 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fullwell.errors import UnreadableFileError, UnsuitableFileError
+from fullwell.raw.directory import read_directories
+from fullwell.raw.dng import mosaic_cfa
 from fullwell.raw.open import decode, read_header, read_raw
 
 
@@ -56,6 +58,23 @@ def test_a_mosaic_tiff_says_its_order_by_its_tags(tmp_path: Path) -> None:
     tags = [(33421, 3, 2, (2, 2), True), (33422, 1, 4, bytes((1, 2, 0, 1)), True)]
     tifffile.imwrite(path, codes(8, 8, np.uint16), photometric="cfa", extratags=tags)
     assert read_header(path).cfa == "GBRG"
+
+
+def test_frames_alike_byte_for_byte_are_parsed_once_and_any_other_anew(tmp_path: Path) -> None:
+    def written(name: str, seed: int, order: tuple[int, ...]) -> Path:
+        tags = [(33421, 3, 2, (2, 2), True), (33422, 1, 4, bytes(order), True)]
+        tifffile.imwrite(tmp_path / name, codes(8, 8, np.uint16, seed), photometric="cfa", extratags=tags)
+        return tmp_path / name
+
+    paths = [written("a.tif", 1, (1, 2, 0, 1)), written("b.tif", 2, (1, 2, 0, 1)), written("c.tif", 3, (0, 1, 1, 2))]
+    assert len({path.stat().st_size for path in paths}) == 1
+    a, b, c = map(read_directories, paths)
+    assert a is b
+    assert [mosaic_cfa(one.first) for one in (b, c)] == ["GBRG", "RGGB"]
+    np.testing.assert_array_equal(read_raw(paths[1]).mosaic, codes(8, 8, np.uint16, 2))
+    paths[1].write_bytes(paths[1].read_bytes()[:-1])
+    with pytest.raises(UnreadableFileError):
+        read_header(paths[1])
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,18 @@
 """A TIFF file's directories as plain values: the door to tifffile's tag reader.
 
-Only the tags of `fullwell.raw.tags` are read, from the first directory, its SubIFDs and its EXIF directory.
+Only the tags of `fullwell.raw.tags` are read, from the first directory, its SubIFDs and its EXIF directory. Frames of a
+series often say the same, byte for byte: what was read last is kept, and stands for files of the same bytes there.
 """
 
 import errno
 import logging
 import math
 import struct
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, BinaryIO, Final, cast
 
 import numpy as np
 
@@ -122,8 +124,16 @@ def read_directories(path: Path) -> Directories:
     from tifffile import TiffFile  # noqa: PLC0415 - loads when used
 
     try:
-        with path.open("rb") as file, TiffFile(file, _multifile=False) as tiff:
-            return _directories(tiff)
+        with path.open("rb") as file:
+            known = next((one for one, seen in tuple(_LATEST) if _holds(file, seen, size=one.size)), None)
+            if known is not None:
+                return known
+            file.seek(0)
+            watched = _Watched(file)
+            with TiffFile(cast("BinaryIO", watched), _multifile=False) as tiff:
+                found = _directories(tiff)
+            _LATEST.append((found, watched.seen))
+            return found
     except UnreadableFileError:
         raise
     except Exception as error:  # a damaged directory may fail anywhere inside tifffile, with any exception
@@ -132,6 +142,44 @@ def read_directories(path: Path) -> Directories:
         raise UnreadableFileError(
             "file-damaged", f"the TIFF directories are damaged ({type(error).__name__}); copy the file again"
         ) from error
+
+
+class _Watched:
+    """A file that remembers what was read of it, by position."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.seen: dict[int, bytes] = {}
+
+    def read(self, size: int = -1) -> bytes:
+        """Read on."""
+        at = self._file.tell()
+        data = self._file.read(size)
+        self.seen[at] = max(data, self.seen.get(at, b""), key=len)
+        return data
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go elsewhere."""
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """Return where the file stands."""
+        return self._file.tell()
+
+
+def _holds(file: BinaryIO, seen: Mapping[int, bytes], *, size: int) -> bool:
+    """Tell whether a file has this size, and the same bytes in these places."""
+    if file.seek(0, 2) != size:
+        return False
+    for at, data in seen.items():
+        file.seek(at)
+        if file.read(len(data)) != data:
+            return False
+    return True
+
+
+_LATEST: Final = deque[tuple[Directories, Mapping[int, bytes]]](maxlen=2)
+"""The directories read last, and all the bytes of their files that they were made of."""
 
 
 def _directories(tiff: "TiffFile") -> Directories:

@@ -22,7 +22,7 @@ _FULL: Final = 10**DIGITS
 _SMALLEST: Final = 1e-290
 _LIFT: Final = 200
 _ZERO, _POINT, _MINUS, _PLUS, _COMMA, _LINE, _E = (ord(one) for one in "0.-+,\ne")
-_FOUR: Final = np.array([list(f"{number:04d}".encode()) for number in range(10000)], np.uint8)
+_FOUR: Final = (_ZERO + np.arange(10000)[:, np.newaxis] // (1000, 100, 10, 1) % 10).astype(np.uint8)
 _NAN: Final = np.frombuffer(b"nan", np.uint8)
 _INF: Final = np.frombuffer(b"inf", np.uint8)
 

@@ -49,6 +49,8 @@ def test_phase_effect_fades_with_noise_and_with_spread():
     assert effects == sorted(effects, reverse=True)
     assert effects[-1] < 1e-6
     assert phase_effect(0.3, spread=0.5) < 0.01 * phase_effect(0.3)
+    assert 0.0 < phase_effect(1.24) < 1e-12
+    assert phase_effect(1.26) == phase_effect(0.3, spread=1.3) == 0.0
 
 
 def test_phase_joins_the_error_where_levels_do_not_spread():

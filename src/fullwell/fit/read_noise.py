@@ -27,6 +27,8 @@ MEASURABLE: Final = 0.45
 """Noise, in codes, below which an unknown phase leaves no more than an interval: a level at the edge of two codes makes
 any less noise look like 0.41."""
 
+_NO_PHASE: Final = 1.25
+"""Noise and spread together, in codes, from which on a phase moves a variance by 1e-12 code^2 at most."""
 _CONVERGED: Final = 1e-15
 """Part of the noise that a last step may be: some roundings."""
 
@@ -133,12 +135,15 @@ def unrounded_noise(variance_dn2: float, *, step: float = 1.0) -> float:
         noise = found
 
 
+@lru_cache(1024)
 def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> float:
     """Return how far one unknown phase moves the variance at most from its mean over phases [DN^2].
 
     The noise may be less than it seems by just that effect, which is larger then; below a third of a code, where that
-    has no end, it is taken to be 0.7 of what it seems.
+    has no end, it is taken to be 0.7 of what it seems. It falls as exp(-2 pi^2 (noise^2 + spread^2) / q^2).
     """
+    if math.hypot(noise, spread) >= _NO_PHASE * step:
+        return 0.0
 
     def effect(of: float) -> float:
         extremes = rounded_variance_at_phase(

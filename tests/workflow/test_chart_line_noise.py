@@ -1,6 +1,7 @@
 """Rows and columns of noise in shots of a chart: variances, means of patches, and the figures that rest on them."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from fullwell.frames.series import Kind
 from fullwell.statistics.chart import patch_points
 from fullwell.workflow.chart.chart import ChartOptions, measure_images
 from fullwell.workflow.chart.patches import WhereAbouts
-from fullwell.workflow.measure.chart.line_noise import line_noise
+from fullwell.workflow.measure.chart.line_noise import Lines, line_noise
 from fullwell.workflow.options import Options
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "acceptance"))
@@ -26,12 +27,14 @@ PATCHES = tuple(
 ROW, FIXED, PIXEL = 4.0, 3.0, 6.0
 
 
-def _frames(rng, count):
+def _frames(rng, count, *, row=ROW, fixed=FIXED):
     """Frames with rows of noise, a fixed pattern of rows and white noise, RGGB."""
     shape = (64, 90)
-    fixed = 1000.0 + FIXED * rng.standard_normal((shape[0], 1))
+    pattern = 1000.0 + fixed * rng.standard_normal((shape[0], 1))
     return [
-        np.rint(fixed + ROW * rng.standard_normal((shape[0], 1)) + PIXEL * rng.standard_normal(shape)).astype(np.uint16)
+        np.rint(pattern + row * rng.standard_normal((shape[0], 1)) + PIXEL * rng.standard_normal(shape)).astype(
+            np.uint16
+        )
         for _ in range(count)
     ]
 
@@ -60,7 +63,7 @@ def test_means_of_patches_scatter_together_as_their_rows_say():
     """Two shots of one frame, then two: covariance of the means of overlapping and of other planes, by simulation."""
     rng = np.random.default_rng(52)
     exposures = [patch_points(_frames(rng, count), PATCHES, cfa="RGGB", white_dn=None) for count in (2, 1)]
-    lines = line_noise([one for points in exposures for one in points])
+    lines = replace(line_noise([one for points in exposures for one in points]), column=Lines())
     expected = lines.of_means(exposures, PATCHES, cfa="RGGB")
     scale = lines.row.moving_dn2 / 2 + lines.row.fixed_dn2
     count = len(exposures[0])
@@ -73,6 +76,21 @@ def test_means_of_patches_scatter_together_as_their_rows_say():
     assert expected[0, red, 0, blue] == 0.0
     assert expected[0, red, 1, red] == pytest.approx(lines.row.fixed_dn2 / 12)
     assert expected[1, red, 1, red] == pytest.approx((lines.row.moving_dn2 + lines.row.fixed_dn2) / 12)
+
+
+def test_rows_too_weak_to_be_seen_are_in_the_errors_of_means():
+    """A tenth of the pixels' noise: hardly ever seen, yet a tenth of the variance of a mean, shared by patches."""
+    rng = np.random.default_rng(53)
+    weak, counted, seen = 0.1 * PIXEL, [], 0
+    for _ in range(100):
+        points = patch_points(_frames(rng, 2, row=weak, fixed=0.0), PATCHES, cfa="RGGB", white_dn=None)
+        lines = line_noise(points)
+        seen += lines.row.seen
+        counted.append(lines.of_means([points], PATCHES, cfa="RGGB")[0, 0, 0, 4])
+        assert lines.row.seen or lines.lost(points[0]) == 0.0 or lines.column.seen
+    assert seen < 50
+    # patches 0 and 1 have their rows in common, of which a plane has 12
+    assert np.mean(counted) >= weak**2 / 2 / 12 - 4.0 * np.std(counted) / np.sqrt(len(counted))
 
 
 class _Rowed(Camera):

@@ -20,7 +20,7 @@ _LEAST_OWN: Final = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lines:
-    """What the rows, or the columns, of a single frame have in common; 0 where that is not seen [DN^2].
+    """What the rows, or the columns, of a single frame have in common, not below 0 [DN^2].
 
     Parameters
     ----------
@@ -28,16 +28,25 @@ class Lines:
         Noise and fixed pattern.
     moving_dn2
         The part of it that is new in every frame: all of it where no two frames tell.
+    seen
+        Whether it stands out from its error. Variances are mended only then; errors of means count it in any case,
+        since rows too weak to be seen may still be most of what patches beside each other err by.
 
     """
 
     whole_dn2: float = 0.0
     moving_dn2: float = 0.0
+    seen: bool = False
 
     @property
     def fixed_dn2(self) -> float:
         """Return the part that stays from frame to frame."""
         return self.whole_dn2 - self.moving_dn2
+
+    @property
+    def mended(self) -> "Lines":
+        """Return what variances are mended by: nothing where the lines are not seen."""
+        return self if self.seen else Lines()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,12 +58,13 @@ class LineNoise:
 
     @property
     def seen(self) -> bool:
-        """Tell whether rows or columns have anything in common."""
-        return max(self.row.whole_dn2, self.column.whole_dn2) > 0.0
+        """Tell whether rows or columns are seen to have anything in common."""
+        return self.row.seen or self.column.seen
 
     def spread_dn4(self, point: PatchPoint) -> float:
         """Return k by which the variance s^2 of a patch scatters wider, by 1 + k / s^4 (METHOD 1.8)."""
-        return (point.columns - 1) * self.row.whole_dn2**2 + (point.rows - 1) * self.column.whole_dn2**2
+        row, column = (line.mended.whole_dn2 for line in (self.row, self.column))
+        return (point.columns - 1) * row**2 + (point.rows - 1) * column**2
 
     def of_variances(
         self, seen: Sequence[tuple[int, PatchPoint, bool]], patches: Sequence[Patch], *, cfa: str
@@ -83,7 +93,9 @@ class LineNoise:
         between = temporal[:, None] & temporal & same
         spatial = ~temporal[:, None] & ~temporal
         found = np.zeros(same.shape)
-        for line, overlap in zip((self.row, self.column), _overlaps(points, patches, cfa=cfa), strict=True):
+        for line, overlap in zip(
+            (self.row.mended, self.column.mended), _overlaps(points, patches, cfa=cfa), strict=True
+        ):
             of_mean = (line.fixed_dn2 + np.where(same, line.moving_dn2 / frames, 0.0)) ** 2
             of_frames = line.moving_dn2**2 / np.maximum(frames - 1.0, 1.0)
             found += 2.0 * overlap * (np.where(spatial, of_mean, 0.0) + np.where(between, of_frames, 0.0))
@@ -94,7 +106,7 @@ class LineNoise:
         """Return what the surface took of a variance, that ``between`` frames or that of their mean (METHOD 1.4)."""
         row, column = (
             line.moving_dn2 if between else line.fixed_dn2 + line.moving_dn2 / point.frames
-            for line in (self.row, self.column)
+            for line in (self.row.mended, self.column.mended)
         )
         rows_left = point.columns * (point.rows - LINE_TERMS) / point.spatial_dof
         columns_left = point.rows * (point.columns - LINE_TERMS) / point.spatial_dof
@@ -159,11 +171,10 @@ def line_noise(points: Sequence[PatchPoint]) -> LineNoise:
 
 def _lines(points: Sequence[PatchPoint], name: str, length: str, count: str) -> Lines:
     whole, error = _weighted(points, f"{name}_variance_dn2", length, count)
-    if whole <= SIGNIFICANT * error:
-        return Lines()
     bursts = [point for point in points if point.frames > 1]
     moving = _weighted(bursts, f"{name}_temporal_dn2", length, count)[0] if bursts else whole
-    return Lines(whole_dn2=whole, moving_dn2=min(max(moving, 0.0), whole))
+    counted = max(whole, 0.0)
+    return Lines(whole_dn2=counted, moving_dn2=min(max(moving, 0.0), counted), seen=whole > SIGNIFICANT * error)
 
 
 def _weighted(points: Sequence[PatchPoint], name: str, length: str, count: str) -> tuple[float, float]:

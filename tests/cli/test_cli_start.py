@@ -76,6 +76,7 @@ def test_every_command_has_a_help_page(name: str) -> None:
         (["characterize", "x", "--tile", "100000"], f"--tile 100000: give 4 to {LARGEST_TILE} pixels"),
         (["characterize", "x", "--tile", "3"], "--tile 3: give 4 to"),
         (["characterize", "x", "--workers", "0"], "--workers"),
+        (["characterize", "x", "--workers", "999999999999"], "range 1<=x<=1024"),
         (["characterize", "", "--dry-run"], "PATH': the path is empty"),
         (["characterize", "x", "-o", " "], "-o': the path is empty"),
         (["index", ""], "FOLDER': the path is empty"),
@@ -96,5 +97,7 @@ def test_the_home_of_a_path_in_quotes_is_the_users(tmp_path: Path, monkeypatch: 
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("USERPROFILE", str(tmp_path))
     assert path_from("~/out") == tmp_path / "out"
+    said = CliRunner().invoke(app, ["inspect", "~/one.dng"]).stderr
+    assert f"{tmp_path / 'one.dng'} does not exist" in said
     assert source_from("~/study") == tmp_path / "study"
     assert path_from("./~") == Path("~")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def inspect(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE", help="Raw files.")],
+    files: Annotated[list[Path], typer.Argument(parser=path_from, metavar="FILE", help="Raw files.")],
     *,
     headerless: Headerless = None,
     guess: Annotated[

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fullwell.cli.options import Json, Out, Quiet, Verbose, Version, path_from
+from fullwell.cli.options import MOST_WORKERS, Json, Out, Quiet, Verbose, Version, path_from
 from fullwell.cli.progress import shown_progress
 from fullwell.cli.status import guarded, status_of
 
@@ -39,7 +39,9 @@ def loop(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option("--workers", min=1, metavar="N", help="Cameras side by side; all cores by default."),
+        typer.Option(
+            "--workers", min=1, max=MOST_WORKERS, metavar="N", help="Cameras side by side; all cores by default."
+        ),
     ] = None,
     as_json: Json = False,
     quiet: Quiet = False,

@@ -2,11 +2,14 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from fullwell.cli.overview import version_line
+
+MOST_WORKERS: Final = 1024
+"""More threads than that no machine runs side by side."""
 
 
 def _show_version(value: bool) -> None:  # noqa: FBT001 - Typer hands an option's value to its callback by position
@@ -118,7 +121,9 @@ Profiles = Annotated[
 ]
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", min=1, metavar="N", help="Threads; all cores by default. Results never differ."),
+    typer.Option(
+        "--workers", min=1, max=MOST_WORKERS, metavar="N", help="Threads; all cores by default. Results never differ."
+    ),
 ]
 Dask = Annotated[
     str | None,

@@ -1,16 +1,29 @@
-"""Freed memory goes back to the system: the C library would keep much of it, for arrays that never come.
+"""Memory as the system likes it: what is used again and again in large pages, and what is freed given back.
 
-Only the GNU C library is spoken to; elsewhere nothing happens.
+The C library would keep much of what is freed, for arrays that never come. Only the GNU C library is spoken to;
+elsewhere nothing happens.
 """
 
 import ctypes
 import sys
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 _TRIM_THRESHOLD: Final = -1
 _MMAP_THRESHOLD: Final = -3
 _LARGE: Final = 4_000_000
 """From where on memory is asked of the system and given back to it one by one [byte]."""
+_LARGE_PAGE: Final = 1 << 21
+"""[byte]"""
+
+
+def in_large_pages(size: int) -> NDArray[np.uint8]:
+    """Return memory that begins where a large page does, which NumPy asks the system for from 4 MiB on [byte]."""
+    memory = np.empty(max(size + _LARGE_PAGE, 2 * _LARGE_PAGE), np.uint8)
+    skipped = -int(memory.__array_interface__["data"][0]) % _LARGE_PAGE
+    return memory[skipped : skipped + size]
 
 
 def keep_large_apart() -> None:

@@ -25,6 +25,7 @@ from fullwell.workflow.coded_stream import (
     decodes,
     room_bytes,
 )
+from fullwell.workflow.memory import in_large_pages
 from fullwell.workflow.stream import Stream, Told, streams
 
 AnyStream = Stream | CodedStream | DecodedStream | SegmentStream
@@ -70,7 +71,7 @@ class Slots:
     def __init__(self, *, slots: int, slot_bytes: int, layout: Layout, stop: Event | None = None) -> None:
         self.slot_bytes = _in_lines(slot_bytes)
         self._layout = layout
-        self._block = np.empty(slots * self.slot_bytes, np.uint8)
+        self._block = in_large_pages(slots * self.slot_bytes)
         self._codes = self._block.view(np.uint16)
         self._shape = (layout.height, layout.width)
         self._stop = stop

@@ -76,7 +76,7 @@ def test_every_command_has_a_help_page(name: str) -> None:
         (["characterize", "x", "--tile", "100000"], f"--tile 100000: give 4 to {LARGEST_TILE} pixels"),
         (["characterize", "x", "--tile", "3"], "--tile 3: give 4 to"),
         (["characterize", "x", "--workers", "0"], "--workers"),
-        (["characterize", "x", "--workers", "999999999999"], "range 1<=x<=1024"),
+        (["characterize", "x", "--workers", "999999999999"], "less than or equal to 1024"),
         (["characterize", "", "--dry-run"], "PATH': the path is empty"),
         (["characterize", "x", "-o", " "], "-o': the path is empty"),
         (["index", ""], "FOLDER': the path is empty"),

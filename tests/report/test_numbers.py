@@ -50,6 +50,7 @@ def test_a_value_without_error(value, text):
 
 def test_limits():
     assert show(Measured(value=0.0, unit="DN", ci95=(0.0, 0.1234)), ("upper-limit",)) == "≤ 0.12 (95 %)"
+    assert show(Measured(value=1.04, unit="%", ci95=(0.0, 1.04)), ("upper-limit",)) == "≤ 1.04 (95 %)"
     assert show(Measured.normal(5832.7, 41.2, "e-"), ("adc-limited", "lower-bound")) == "≥ 5833"
 
 

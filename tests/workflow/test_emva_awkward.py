@@ -93,6 +93,10 @@ def test_limits_are_told_as_limits(tmp_path: Path) -> None:
     (inverse,) = rows(results, "inverse_snr_max")
     assert "lower-bound" in ratio.flags
     assert ("upper-limit" in inverse.flags, "lower-bound" in inverse.flags) == (True, False)
+    assert (inverse.measured.std_error, inverse.measured.ci95) == (None, (0.0, inverse.measured.value))
+    bounds = [row for row in results.rows if "lower-bound" in row.flags and row.method == LINEAR]
+    assert {"saturation_capacity", "snr_max", "dynamic_range"} <= {row.quantity for row in bounds}
+    assert {(row.measured.std_error, row.measured.ci95) for row in bounds} == {(None, None)}
 
 
 def test_a_filter_in_the_camera_marks_the_figures_of_the_profile_too(tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from fullwell.figures.noise_model import (
 )
 from fullwell.figures.propagation import propagated
 from fullwell.figures.results import Row
+from fullwell.figures.saturation import bounded
 from fullwell.fit.noise_coefficients import boundary_variance
 from fullwell.glossary.flags import RECOMMENDED
 from fullwell.model.conversions import EMVA_VARIANCE_FLOOR
@@ -116,7 +117,7 @@ def _row(model: GivenModel, definition: Definition, quantity: str, measured: Mea
         quantity=quantity,
         channel=model.channel,
         method=definition.method,
-        measured=measured,
+        measured=bounded(measured, flags),
         iso=model.iso,
         snr_threshold=definition.snr_threshold,
         flags=tuple(sorted(set(flags))),

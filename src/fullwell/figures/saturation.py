@@ -5,7 +5,7 @@ its error.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Final
 
@@ -33,7 +33,7 @@ class SaturationLevel:
     Parameters
     ----------
     signal
-        The level; its interval is the bracket [DN].
+        The level; its interval is the bracket, which a lower bound has not [DN].
     flags
         ``adc-limited`` where the converter is the limit, ``lower-bound`` where the frames do not reach saturation,
         ``grid-limited`` where the interval is the bracket.
@@ -63,11 +63,10 @@ class SaturationLevel:
         low, high = (figure(Measured.exact(end, self.signal.unit)) for end in ends)
         return found.between(low, high)
 
-    def bounded(self, *figures: Measured) -> tuple[Measured, ...]:
-        """Return figures that follow from it, without an interval where saturation was not reached: lower bounds."""
-        if LOWER_BOUND in self.flags:
-            return tuple(Measured.exact(figure.value, figure.unit) for figure in figures)
-        return figures
+
+def bounded(figure: Measured, flags: Collection[str]) -> Measured:
+    """Return what a row of these flags may claim: a lower bound has neither error nor interval."""
+    return Measured.exact(figure.value, figure.unit) if LOWER_BOUND in flags else figure
 
 
 def temporal_variance_peak(
@@ -75,7 +74,6 @@ def temporal_variance_peak(
     variance_dn2: ArrayLike,
     clipped_fraction: ArrayLike,
     *,
-    ceiling_dn: float | None = None,
     std_error_dn: ArrayLike = 0.0,
 ) -> SaturationLevel:
     """Return the signal with the largest temporal variance, with the levels that bracket the peak (METHOD 7a).
@@ -88,8 +86,6 @@ def temporal_variance_peak(
         Temporal variance there [DN^2].
     clipped_fraction
         Share of values on the highest code there [1].
-    ceiling_dn
-        White level less black level: upper end of the bracket where the peak is the last level [DN].
     std_error_dn
         Of the means: the ends of the bracket are known no better, and a full pixel lies on the upper one [DN].
 
@@ -105,7 +101,7 @@ def temporal_variance_peak(
     peak = int(np.argmax(variance))
     last = peak == signal.size - 1
     below = None if last or peak == 0 else float(signal[peak - 1] - doubt[peak - 1])
-    above = ceiling_dn if last else float(signal[peak + 1] + doubt[peak + 1])
+    above = None if last else float(signal[peak + 1] + doubt[peak + 1])
     adc_limited = not last and bool(clipped[peak + 1 :].max() > ADC_LIMITED)
     flags = (*((_ADC_FLAG,) if adc_limited else ()), *((LOWER_BOUND,) if last else ()))
     return _bracketed(float(signal[peak]), below, above, flags=flags)
@@ -144,9 +140,7 @@ def plateau(
     )
 
 
-def last_consistent_level(
-    signal_dn: ArrayLike, residual: ArrayLike, *, ceiling_dn: float | None = None
-) -> SaturationLevel | None:
+def last_consistent_level(signal_dn: ArrayLike, residual: ArrayLike) -> SaturationLevel | None:
     """Return the last level that the photon transfer curve still describes, |r| < 4 (METHOD 7c).
 
     Parameters
@@ -155,8 +149,6 @@ def last_consistent_level(
         Mean above the black level of each point, shape (N,) [DN].
     residual
         Signed deviance of each point [1].
-    ceiling_dn
-        White level less black level [DN].
 
     Returns
     -------
@@ -170,19 +162,18 @@ def last_consistent_level(
         return None
     at = int(consistent[-1])
     last = at == signal.size - 1
-    above = ceiling_dn if last else float(signal[at + 1])
-    flags = (LOWER_BOUND,) if last else ()
-    return _bracketed(float(signal[at]), None, above, flags=flags)
+    above = None if last else float(signal[at + 1])
+    return _bracketed(float(signal[at]), None, above, flags=(LOWER_BOUND,) if last else ())
 
 
 def _bracketed(value: float, low: float | None, high: float | None, *, flags: tuple[str, ...]) -> SaturationLevel:
     """Return a level whose interval is its bracket; an open bracket starts at the level itself."""
     bottom = value if low is None else low
-    if high is None or high < value:
+    if high is None:
         measured = Measured.exact(value, DN)
     else:
         measured = Measured.interval(value, (high - bottom) / math.sqrt(12.0), (bottom, high), DN)
-        flags = flags if LOWER_BOUND in flags else (*flags, GRID_LIMITED)
+        flags = (*flags, GRID_LIMITED)
     return SaturationLevel(signal=measured, flags=flags)
 
 

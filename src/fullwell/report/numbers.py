@@ -35,8 +35,8 @@ def show(measured: Measured, flags: tuple[str, ...] = ()) -> str:
     """
     if not math.isfinite(measured.value):
         return MISSING
-    if "upper-limit" in flags and measured.ci95 is not None and measured.value <= 0.0:
-        return f"≤ {_significant(measured.ci95[1], 2)} (95 %)"
+    if "upper-limit" in flags and measured.ci95 is not None and measured.std_error is None:
+        return f"≤ {_significant(measured.ci95[1], 2 if measured.value <= 0.0 else 3)} (95 %)"
     if "lower-bound" in flags:
         return f"≥ {show_value(measured)}"
     error = _usable(measured.std_error)

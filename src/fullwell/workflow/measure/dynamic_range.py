@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,14 +74,9 @@ def _saturation(level: ChannelLevels, flats: Sequence[TransferPoint]) -> tuple[S
     signal = np.array([np.average(plane.tiles.mean[bright], weights=weights) for plane in planes])
     variance = np.array([np.average(plane.tiles.temporal_variance[bright], weights=weights) for plane in planes])
     clipped = np.array([np.average(share[bright], weights=weights) for share in shares])
-    ceiling_dn = None if level.white_dn is None else level.white_dn - level.black_dn
     black = 0.0 if level.black is None else level.black.std_error or 0.0
     errors = np.hypot([plane.mean_std_error or 0.0 for plane in planes], black)
-    peak = temporal_variance_peak(
-        signal - level.black_dn, variance, clipped, ceiling_dn=ceiling_dn, std_error_dn=errors
-    )
-    if LOWER_BOUND in peak.flags:
-        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN), flags=(LOWER_BOUND,))
+    peak = temporal_variance_peak(signal - level.black_dn, variance, clipped, std_error_dn=errors)
     return peak, plateau(signal - level.black_dn, clipped, errors) if len(flats) > 1 else None
 
 
@@ -141,7 +136,7 @@ def ratio_rows(
         recommended = method == "noise-model"
         rows += [
             write("snr_max", channel, method, measured, source="METHOD 7", flags=flags, recommended=recommended)
-            for measured in peak.bounded(found.decibel, found.plain)
+            for measured in (found.decibel, found.plain)
         ]
     for threshold in thresholds:
         found = _range(model, peak, threshold)
@@ -157,7 +152,7 @@ def ratio_rows(
                     flags=flags,
                     recommended=True,
                 )
-                for measured in peak.bounded(found.decibel, found.stops, found.plain)
+                for measured in (found.decibel, found.stops, found.plain)
             ]
     return tuple(rows)
 

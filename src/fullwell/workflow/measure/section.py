@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from fullwell.figures.results import Curve, Row
+from fullwell.figures.saturation import bounded
 from fullwell.findings import Finding
 from fullwell.glossary import RECOMMENDED
 from fullwell.units import Measured, square_root, student_975
@@ -93,13 +94,13 @@ class RowWriter:
         flags: Iterable[str] = (),
         recommended: bool = False,
     ) -> Row:
-        """Return one row; ``recommended`` adds the flag of that name."""
+        """Return one row; ``recommended`` adds the flag of that name. A lower bound keeps its value alone."""
         every = {*flags, RECOMMENDED} if recommended else set(flags)
         return Row(
             quantity=quantity,
             channel=channel,
             method=method,
-            measured=measured,
+            measured=bounded(measured, every),
             n=n,
             iso=None if self.bursts is None else self.bursts.iso,
             exposure_s=exposure_s,

@@ -183,7 +183,7 @@ def _camera_rows(shots: Shots, model: ChartModel, found: ChannelRange, flare: Ch
                 flags=found.peak.bound_flags,
                 recommended=True,
             )
-            for measured in found.peak.bounded(reach.decibel, reach.stops)
+            for measured in (reach.decibel, reach.stops)
         ]
     return tuple(rows)
 
@@ -227,7 +227,7 @@ def _black_patch_rows(
                 flags=flags,
                 recommended=region is None,
             )
-            for measured in found.peak.bounded(reach.decibel, reach.stops)
+            for measured in (reach.decibel, reach.stops)
         ]
     return tuple(rows)
 

@@ -1,7 +1,7 @@
 """Saturation, signal-to-noise ratio and dynamic range of the sensor, from the patches of a chart (METHOD 7)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from fullwell.fit.gamma_likelihood import signed_deviance
 from fullwell.fit.legacy.chart import legacy_max_noise_patch, legacy_patch_range
 from fullwell.raw.cfa import ALL
 from fullwell.statistics.chart import MAX_CLIPPED, PatchPoint
-from fullwell.units import DN, DN_PER_ELECTRON, ELECTRON, Measured
+from fullwell.units import DN_PER_ELECTRON, ELECTRON, Measured
 from fullwell.workflow.measure.chart.levels import ChartLevels
 from fullwell.workflow.measure.chart.noise_model import ChartModel
 from fullwell.workflow.measure.chart.shots import Shots
@@ -102,7 +102,6 @@ def _saturation(
     points: Sequence[PatchPoint],
     signal: NDArray[np.float64],
 ) -> ChannelRange:
-    ceiling = levels.ceiling_dn(model.channel)
     clipped = np.array([point.clipped_high for point in points])
     variance = np.array([noise_of(shots, point) for point in points])
     order = np.argsort(signal, kind="stable")
@@ -110,19 +109,15 @@ def _saturation(
     dof = np.array([point.dof for point in points])
     if _turns(variance[order], dof[order], clipped[order]):
         doubt = np.hypot(error, levels.of(model.channel).error_dn)
-        peak = temporal_variance_peak(signal, variance, clipped, ceiling_dn=ceiling, std_error_dn=doubt)
+        peak = temporal_variance_peak(signal, variance, clipped, std_error_dn=doubt)
     else:
         peak = temporal_variance_peak(signal[order[-1:]], variance[order[-1:]], clipped[order[-1:]])
-    if LOWER_BOUND in peak.flags:
-        peak = replace(peak, signal=Measured.exact(peak.signal.value, DN), flags=(LOWER_BOUND,))
     top = plateau(signal[order], clipped[order], error[order]) if clipped[order[-1]] > ADC_LIMITED else None
     total = np.array([point.variance_dn2 for point in points])
     expected = np.polynomial.polynomial.polyval(signal, model.coefficients)
     residual = signed_deviance(total, np.maximum(expected, np.finfo(np.float64).tiny), dof)
     bright = signal > 0.5 * float(signal.max())
-    last = last_consistent_level(signal[bright], residual[bright], ceiling_dn=ceiling)
-    if last is not None:
-        last = replace(last, signal=last.bounded(last.signal)[0])
+    last = last_consistent_level(signal[bright], residual[bright])
     return ChannelRange(channel=model.channel, peak=peak, top=top, last=last)
 
 
@@ -194,7 +189,7 @@ def _legacy_rows(
             source="METHOD 7",
             flags=_bound(peak, saturation.flags),
         )
-        for measured in peak.bounded(saturation.signal, saturation.electrons)
+        for measured in (saturation.signal, saturation.electrons)
     ]
     known = [np.nan if density is None else density for density in densities]
     usable = np.isfinite(known).sum() > 2
@@ -211,7 +206,7 @@ def _legacy_rows(
                     snr_threshold=threshold,
                     flags=_bound(peak, reach.flags),
                 )
-                for measured in peak.bounded(reach.decibel, reach.stops)
+                for measured in (reach.decibel, reach.stops)
             ]
     return tuple(rows)
 

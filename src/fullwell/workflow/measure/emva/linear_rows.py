@@ -186,6 +186,8 @@ def _saturation(writer: ChannelWriter, fits: LinearFits, marks: _Marks, *, area_
     writer.add("snr_max", decibel, equation="(55)", n=n, flags=in_electrons)
     percent = derived(lambda v: 100.0 / math.sqrt(v[0]), electrons, unit=PERCENT)
     inverse = tuple("upper-limit" if flag == "lower-bound" else flag for flag in in_electrons)
+    if "upper-limit" in inverse and percent is not None:
+        percent = _limit(percent.value, PERCENT)
     writer.add("inverse_snr_max", percent, equation="(55)", n=n, flags=inverse)
     bound = {"lower-bound"} if fits.floored else set[str]()
     range_flags = tuple({*in_electrons, *(("quantization-limited",) if fits.floored else ()), *bound})

@@ -4,12 +4,16 @@ from pathlib import Path
 
 import pytest
 
+from fullwell.figures.results import Row
+from fullwell.glossary import RECOMMENDED
 from fullwell.simulate.truth import true_values
 from fullwell.testing import simulated_study, simulation
+from fullwell.units import DN, Measured
 from fullwell.workflow.characterize import measure
 from fullwell.workflow.loop.camera import options_for
 from fullwell.workflow.loop.comparison import compared
 from fullwell.workflow.measure.white_level import WhiteLevel, digital_maximum
+from fullwell.workflow.simulation.measured_figures import Figures
 
 FULL_BELOW_THE_RAIL = {
     "width": 96,
@@ -71,3 +75,19 @@ def white(declared: float | None, seen: int, *, piles_up: bool) -> WhiteLevel:
 )
 def test_the_digital_maximum_is_where_the_converter_ends(whites: list[WhiteLevel], maximum_dn: float | None) -> None:
     assert digital_maximum(whites) == maximum_dn
+
+
+def level(quantity: str, channel: str, value: float) -> Row:
+    told = Measured.exact(value, DN)
+    return Row(quantity=quantity, channel=channel, method="measured", measured=told, source="x", flags=(RECOMMENDED,))
+
+
+def test_a_camera_made_from_results_has_their_digital_maximum() -> None:
+    """Twelve bits in numbers of sixteen: R and B do not pile up, and keep the white level of the file."""
+    declared = [level("white_level", channel, 65535.0) for channel in "RB"]
+    seen = [level("white_level", channel, 4095.0) for channel in ("G1", "G2")]
+    study = {"cfa": "RGGB", "bit_depth": 16}
+    known = Figures(study=study, rows=(level("digital_maximum", "all", 4095.0), *declared, *seen), curves={})
+    assert known.digital_maximum(None) == 4095.0
+    assert Figures(study=study, rows=(*declared, *seen), curves={}).digital_maximum(None) == 65535.0
+    assert Figures(study=study, rows=(), curves={}).digital_maximum(None) == 65535.0

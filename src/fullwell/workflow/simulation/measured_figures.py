@@ -163,13 +163,12 @@ class Figures:
 
     def digital_maximum(self, iso: float | None) -> float:
         """Return D [DN]; of results that do not say it, the highest white level, or what the bits hold."""
-        levels = [
-            self.level(quantity, channel, iso)
-            for quantity in ("digital_maximum", "white_level")
-            for channel in channels(self.cfa)
-        ]
-        known = [level for level in levels if level is not None]
-        return max(known, default=2.0**self.bit_depth - 1.0)
+        for quantity in ("digital_maximum", "white_level"):
+            levels = [self.level(quantity, channel, iso) for channel in channels(self.cfa)]
+            known = [level for level in levels if level is not None]
+            if known:
+                return max(known)
+        return 2.0**self.bit_depth - 1.0
 
     def saturation_capacity(self, iso: float | None) -> float | None:
         """Return the charge at which pixels were seen to fill; None where the converter ended first [e-]."""

@@ -13,8 +13,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final, cast
 
+RESULTS: Final = "results.json"
 RESULTS_SCHEMA: Final = "fullwell-results/1"
-"""Of ``results.json``, by which a folder of results is known."""
+"""Of `RESULTS`, by which a folder of results is known."""
 _FULL: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 """What the system says where no more can be written."""
 _DESKTOP: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fullwell.errors import UsageError
-from fullwell.files import RESULTS_SCHEMA, holds_document
+from fullwell.files import RESULTS, RESULTS_SCHEMA, holds_document
 from fullwell.findings import Finding, Severity, listed
 from fullwell.frames.role import kind_of_folder
 from fullwell.frames.series import Camera, Kind
@@ -18,7 +18,6 @@ _KINDS_SENTENCE = "Frames belong in folders named dark, bias, flat, chart or sce
 
 _Entry = os.DirEntry[str] | Entry
 
-_RESULTS = "results.json"
 _CACHE_TAG = "CACHEDIR.TAG"
 """Holds a folder of what can be made again, such as finished series of ours."""
 
@@ -151,14 +150,14 @@ def _is_frame(suffix: str, search: _Search) -> bool:
 
 
 def _holds_results(folder: Path, files: list[_Entry]) -> bool:
-    there = any(entry.name == _RESULTS for entry in files)
-    return there and holds_document(folder, _RESULTS, schema=RESULTS_SCHEMA)
+    there = any(entry.name == RESULTS for entry in files)
+    return there and holds_document(folder, RESULTS, schema=RESULTS_SCHEMA)
 
 
 def _is_our_output(folder: Path) -> bool:
     """Tell folders of results, of finished series, and of what a simulated study was made from."""
     simulated = folder.name == "inputs" and (folder.parent / "truth.json").is_file()
-    return simulated or (folder / _RESULTS).is_file() or (folder / _CACHE_TAG).is_file()
+    return simulated or (folder / RESULTS).is_file() or (folder / _CACHE_TAG).is_file()
 
 
 def _findings(search: _Search) -> Iterator[Finding]:

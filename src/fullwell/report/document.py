@@ -18,8 +18,6 @@ from fullwell.figures.results import Curve, Results, Row
 from fullwell.files import RESULTS_SCHEMA
 from fullwell.findings import Finding
 
-SCHEMA: Final = RESULTS_SCHEMA
-DOCUMENT: Final = "results.json"
 EMVA_FOLDER: Final = "emva1288"
 """Folder of the result files of the reference package."""
 
@@ -59,7 +57,7 @@ def results_json(results: Results) -> str:
 
     """
     parts = (
-        ("schema", json.dumps(SCHEMA)),
+        ("schema", json.dumps(RESULTS_SCHEMA)),
         ("study", _indented(plain(results.study))),
         ("results", _lines([row_record(row) for row in results.rows])),
         ("findings", _lines([_finding(finding) for finding in results.findings])),

@@ -7,8 +7,8 @@ from typing import cast
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Column, Curve, Results, Row
+from fullwell.files import RESULTS, RESULTS_SCHEMA
 from fullwell.findings import Finding, Severity
-from fullwell.report.document import DOCUMENT, SCHEMA
 from fullwell.units import Measured
 
 _Record = Mapping[str, object]
@@ -36,14 +36,14 @@ def read_document(path: Path) -> tuple[Mapping[str, object], Results]:
     if not path.exists():
         raise UsageError(f"{path} does not exist.")
     if path.is_dir():
-        if not (path / DOCUMENT).is_file():
-            raise UsageError(f"{path} holds no {DOCUMENT}; name the folder that `fullwell characterize` wrote.")
-        path = path / DOCUMENT
+        if not (path / RESULTS).is_file():
+            raise UsageError(f"{path} holds no {RESULTS}; name the folder that `fullwell characterize` wrote.")
+        path = path / RESULTS
     try:
         document: object = json.loads(path.read_text(encoding="utf-8"))
         return cast("_Record", document), results_of(document)
     except (OSError, ValueError, RecursionError) as error:
-        raise UsageError(f"{path} is no results document of Fullwell's ({SCHEMA}).") from error
+        raise UsageError(f"{path} is no results document of Fullwell's ({RESULTS_SCHEMA}).") from error
 
 
 def results_of(document: object) -> Results:
@@ -55,12 +55,12 @@ def results_of(document: object) -> Results:
         Where it is something else.
 
     """
-    if not isinstance(document, dict) or cast("_Record", document).get("schema") != SCHEMA:
-        raise ValueError(f"no results document of Fullwell's ({SCHEMA})")
+    if not isinstance(document, dict) or cast("_Record", document).get("schema") != RESULTS_SCHEMA:
+        raise ValueError(f"no results document of Fullwell's ({RESULTS_SCHEMA})")
     try:
         return _results(cast("_Record", document))
     except (AttributeError, KeyError, TypeError) as error:
-        raise ValueError(f"no results document of Fullwell's ({SCHEMA})") from error
+        raise ValueError(f"no results document of Fullwell's ({RESULTS_SCHEMA})") from error
 
 
 def _results(document: _Record) -> Results:

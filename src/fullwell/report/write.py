@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results
-from fullwell.files import foreign_in, holds_document
+from fullwell.files import RESULTS, RESULTS_SCHEMA, foreign_in, holds_document
 from fullwell.findings import listed
-from fullwell.report.document import DOCUMENT, EMVA_FOLDER, SCHEMA, results_json
+from fullwell.report.document import EMVA_FOLDER, results_json
 
 if TYPE_CHECKING:
     from fullwell.report.datasheet.contents import Datasheet
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 OWN: Final = frozenset(
     {
-        DOCUMENT,
+        RESULTS,
         "results.csv",
         "results.parquet",
         "report.html",
@@ -63,7 +63,7 @@ def _require_own(out: Path, target: Path) -> None:
     if os.path.ismount(target):
         message = f"{out} is where a disk is mounted, which nothing can take the place of; name a folder in it with -o"
         raise UsageError(message)
-    if any(target.iterdir()) and not holds_document(target, DOCUMENT, schema=SCHEMA):
+    if any(target.iterdir()) and not holds_document(target, RESULTS, schema=RESULTS_SCHEMA):
         message = (
             f"{out} holds something other than Fullwell's results and is left untouched; "
             "name a new or empty folder with -o"
@@ -95,7 +95,7 @@ def write_files(results: Results, folder: Path, *, pictures: "Pictures | None" =
     datasheet = build_datasheet(results)
     with ThreadPoolExecutor(1) as thread:
         done = None if datasheet is None else thread.submit(_write_datasheet, datasheet, results, folder)
-        (folder / DOCUMENT).write_text(results_json(results), encoding="utf-8", newline="\n")
+        (folder / RESULTS).write_text(results_json(results), encoding="utf-8", newline="\n")
         (folder / "results.csv").write_text(rows_csv(results.rows), encoding="utf-8", newline="\n")
         write_parquet(results.rows, folder / "results.parquet")
         page = report_html(results, pictures, datasheet=datasheet)

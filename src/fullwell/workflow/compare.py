@@ -9,7 +9,7 @@ from typing import Final, cast
 from fullwell.errors import UsageError
 from fullwell.figures.results import Results, Row
 from fullwell.figures.side_by_side import Comparison, Side, compare
-from fullwell.files import foreign_in, holds_document, replaced_folder
+from fullwell.files import RESULTS, foreign_in, holds_document, replaced_folder
 from fullwell.glossary import RECOMMENDED
 from fullwell.glossary.comparable import TRUTH
 from fullwell.report.compare_document import DOCUMENT, SCHEMA, comparison_csv, comparison_json
@@ -60,7 +60,7 @@ def compare_paths(paths: Sequence[Path], *, out: Path | None = None) -> Comparis
 def _side(path: Path, label: str, name: str) -> Side:
     if path.is_file() and path.suffix.lower() == ".xml":
         return Side(label=label, name=name, results=read_reference_results(path), source="emva1288")
-    truth = path / TRUTH_FILE if path.is_dir() and not (path / "results.json").exists() else path
+    truth = path / TRUTH_FILE if path.is_dir() and not (path / RESULTS).exists() else path
     if truth.name == TRUTH_FILE and truth.is_file():
         return Side(label=label, name=name, results=_truth(truth), source=TRUTH)
     return Side(label=label, name=name, results=read_results(path))

@@ -21,11 +21,9 @@ import pyarrow.parquet as pq
 
 from fullwell.errors import FullwellError, UsageError, system_refusal
 from fullwell.figures.results import Results
-from fullwell.files import fullness_named, holds_document
+from fullwell.files import RESULTS, RESULTS_SCHEMA, fullness_named, holds_document
 from fullwell.findings import Severity
 from fullwell.frames.manifest import MANIFEST_NAME
-from fullwell.report.document import DOCUMENT
-from fullwell.report.document import SCHEMA as RESULTS_SCHEMA
 from fullwell.report.reading import read_results
 from fullwell.workflow.cache.opening import cache_beside
 from fullwell.workflow.characterize import characterize
@@ -246,7 +244,7 @@ def _earlier(job: Job) -> Results | None:
         They are another study's.
 
     """
-    if not holds_document(job.out, DOCUMENT, schema=RESULTS_SCHEMA):
+    if not holds_document(job.out, RESULTS, schema=RESULTS_SCHEMA):
         return None
     found = read_results(job.out)
     whose = found.run.get("study")
@@ -282,7 +280,7 @@ def _measured(jobs: Sequence[Job], options: Options) -> Iterator[Entry]:
             yield from map(measure_one, jobs)
             return
         for job, entry in cluster.each(measure_one, jobs):
-            if entry.state == "failed" or (job.out / DOCUMENT).is_file():
+            if entry.state == "failed" or (job.out / RESULTS).is_file():
                 yield entry
             else:
                 reason = f"a process of the cluster wrote {job.out}, but it is not there: is the folder shared?"

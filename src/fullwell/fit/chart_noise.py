@@ -17,6 +17,8 @@ from fullwell.fit.goodness import CheckedFit, fit_checked
 
 FEWEST: Final = 5
 """Observations, of as many patches, that a noise model takes at least."""
+_LEAST_FRAME: Final = 0.1
+"""Of the median variance, that the fitted one of a single frame counts at least: a fit may come out below zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,7 +174,9 @@ def fit_chart_noise(
 
     fit = fitted(observations)
     if observations.line_spread_dn4 is not None:
-        observations = replace(observations, dof=_with_lines(observations, group, fit, has_bursts=has_bursts))
+        frame_dn2 = _single_frames(observations, group, fit, has_bursts=has_bursts)
+        wider = 1.0 + observations.line_spread_dn4 / frame_dn2**2
+        observations = replace(observations, dof=observations.dof / wider)
         fit = fitted(observations)
     common = _common_pattern(observations, group, design, fit, has_bursts=has_bursts)
     if observations.line_covariance_dn4 is not None:
@@ -181,19 +185,18 @@ def fit_chart_noise(
     return replace(fit, has_bursts=has_bursts, covariance=fit.covariance + common)
 
 
-def _with_lines(
+def _single_frames(
     observations: Observations, group: NDArray[np.int64], fit: CheckedFit, *, has_bursts: bool
 ) -> NDArray[np.float64]:
-    """Return the degrees of freedom that lines leave, by the fitted variance of a single frame.
+    """Return the fitted variance of a single frame of each patch, which tells how much of it lines share [DN^2].
 
-    By the variance that was found they would be more where it came out high, and the fit would follow these.
+    By the variance that was found degrees of freedom would be more where it came out high, and the fit would follow
+    these.
     """
     signal, coefficients = observations.signal_dn, fit.coefficients
     frame = coefficients[0] + coefficients[1] * signal + coefficients[2 + group] * signal**2
     frame += coefficients[-1] if has_bursts else 0.0
-    least = 0.1 * float(np.median(observations.variance_dn2))
-    spread = 0.0 if observations.line_spread_dn4 is None else observations.line_spread_dn4
-    return observations.dof / (1.0 + spread / np.maximum(frame, least) ** 2)
+    return np.maximum(frame, _LEAST_FRAME * float(np.median(observations.variance_dn2)))
 
 
 def _influence(observations: Observations, design: NDArray[np.float64], fit: CheckedFit) -> NDArray[np.float64]:

@@ -91,14 +91,14 @@ def k_coefficients(
         Degrees of freedom of that error; None for many.
 
     """
-    errors = np.sqrt(np.diagonal(covariance))
+    of_dark, of_shot, of_fixed = np.sqrt(np.diagonal(covariance)).tolist()
     by_offset = abs(float(coefficients[1])) * offset_std_error_dn
-    parts = ((math.hypot(errors[0], by_offset), combined_dof((float(errors[0]), dof), (by_offset, offset_dof))),)
-    parts += ((float(errors[1]), dof), (float(errors[2]), dof))
+    errors = (math.hypot(of_dark, by_offset), of_shot, of_fixed)
+    known = (combined_dof((of_dark, dof), (by_offset, offset_dof)), dof, dof)
     scales = (digital_maximum**-2, 1.0 / digital_maximum, 1.0)
     dark, shot, fixed = (
         boundary_variance(scale * value, scale * error, dof=own)
-        for scale, value, (error, own) in zip(scales, coefficients, parts, strict=True)
+        for scale, value, error, own in zip(scales, coefficients, errors, known, strict=True)
     )
     return NoiseCoefficientFit(
         k_dark=square_root(dark, ONE),

@@ -59,6 +59,20 @@ class ChannelModel:
     n: int
 
 
+class _Line(NamedTuple):
+    """A fixed pattern of rows or columns: its variance, and the degrees of freedom that it is known with."""
+
+    variance: float
+    dof: float
+
+    @classmethod
+    def of(cls, measured: Measured | None) -> Self:
+        """Return a pattern; none where it does not stand out from its error."""
+        if measured is None or measured.value <= OUTSTANDING * (measured.std_error or 0.0):
+            return cls(0.0, math.inf)
+        return cls(measured.value, measured.dof or math.inf)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Lines:
     """Variances that the pixels of a row, and of a column, have in common.
@@ -73,8 +87,8 @@ class _Lines:
     """
 
     temporal: tuple[float, float]
-    dark: "tuple[_Line, _Line]"
-    response: "tuple[_Line, _Line]"
+    dark: tuple[_Line, _Line]
+    response: tuple[_Line, _Line]
 
     @classmethod
     def of(cls, bursts: IsoBursts, pattern: ChannelPattern) -> Self:
@@ -82,20 +96,6 @@ class _Lines:
         known = (pattern.dsnu, pattern.prnu)
         dark, response = ((_Line.of(one and one.row), _Line.of(one and one.column)) for one in known)
         return cls(temporal=line_noise(bursts, pattern.channel), dark=dark, response=response)
-
-
-class _Line(NamedTuple):
-    """A fixed pattern of rows or columns: its variance, and the degrees of freedom that it is known with."""
-
-    variance: float
-    dof: float
-
-    @classmethod
-    def of(cls, measured: Measured | None) -> Self:
-        """Return a pattern; none where it does not stand out from its error."""
-        if measured is None or measured.value <= OUTSTANDING * (measured.std_error or 0.0):
-            return cls(0.0, math.inf)
-        return cls(measured.value, measured.dof or math.inf)
 
 
 def measure_noise_coefficients(
@@ -138,6 +138,7 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) ->
     pooled = [one for point in chosen if (one := _pool(point, level, lines=lines)) is not None]
     if len(pooled) < 3:
         return None
+    plane = chosen[-1].burst.plane(level.channel)
     fit = fit_burst_photon_transfer(
         [one.signal_dn for one in pooled],
         [one.temporal_dn2 for one in pooled],
@@ -147,14 +148,10 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) ->
         frames=[one.frames for one in pooled],
         n=[one.n for one in pooled],
         mean_square_dn2=[one.mean_square_dn2 for one in pooled],
-        pattern_pixels=float(chosen[-1].burst.plane(level.channel).n),
+        pattern_pixels=float(plane.n),
     )
     coefficients, covariance = fit.single_frame()
-    by_lines = [
-        _sample_of(lines.dark, chosen[-1].burst.plane(level.channel)),
-        SharedErrors(),
-        _sample_of(lines.response, chosen[-1].burst.plane(level.channel)),
-    ]
+    by_lines = (_sample_of(lines.dark, plane), SharedErrors(), _sample_of(lines.response, plane))
     of_lines = np.diag([one.row[0] ** 2 + one.column[0] ** 2 for one in by_lines])
     return ChannelModel(
         channel=level.channel,
@@ -164,7 +161,7 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) ->
         dof=fit.dof,
         misfit=fit.misfit,
         rounding_limited=any(one.rounding_limited for one in pooled),
-        shared=(by_lines[0], by_lines[1], by_lines[2]),
+        shared=by_lines,
         n=sum(one.n for one in pooled),
     )
 

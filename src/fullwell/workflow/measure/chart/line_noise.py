@@ -67,13 +67,13 @@ class LineNoise:
         return (point.columns - 1) * row**2 + (point.rows - 1) * column**2
 
     def of_variances(
-        self, seen: Sequence[tuple[int, PatchPoint, bool]], patches: Sequence[Patch], *, cfa: str
+        self, variances: Sequence[tuple[int, PatchPoint, bool]], patches: Sequence[Patch], *, cfa: str
     ) -> NDArray[np.float64]:
         """Return the covariance that lines give variances of different planes of patches, which share them.
 
         Parameters
         ----------
-        seen
+        variances
             Number of the exposure, plane of a patch, and whether it is a variance between frames.
         patches
             Where they are.
@@ -83,11 +83,11 @@ class LineNoise:
         Returns
         -------
         ndarray
-            Shape (seen, seen), 0 for each with itself [DN^4].
+            Shape (variances, variances), 0 for each with itself [DN^4].
 
         """
-        points = [point for _, point, _ in seen]
-        exposure, temporal = (np.array([one[at] for one in seen]) for at in (0, 2))
+        numbers, points, kinds = zip(*variances, strict=True)
+        exposure, temporal = np.array(numbers), np.array(kinds)
         frames = np.array([point.frames for point in points], np.float64)
         same = exposure[:, None] == exposure
         between = temporal[:, None] & temporal & same

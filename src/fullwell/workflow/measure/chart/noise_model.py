@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,60 +58,84 @@ class ChartModel:
     n: int
 
 
+class _Variance(NamedTuple):
+    """One variance of a patch, as `Observations` have it."""
+
+    signal_dn: float
+    variance_dn2: float
+    dof: float
+    low_signal: float
+    frames: int
+    temporal: bool
+    channel: int
+    patch: int
+    line_spread_dn4: float
+
+
 def tabulate(shots: Shots, offsets_dn: Sequence[float], *, lines: LineNoise) -> Table:
     """Return the admitted points of all channels as observations, signals counted from ``offsets_dn`` per channel."""
     points: list[PatchPoint] = []
-    patches: list[int] = []
-    names: dict[tuple[int, str], int] = {}
-    seen: list[list[tuple[int, PatchPoint, bool]]] = [[] for _ in shots.scenes]
+    owners: list[int] = []
+    variances: list[_Variance] = []
+    by_scene: list[list[tuple[int, PatchPoint, bool]]] = [[] for _ in shots.scenes]
+    patches: dict[tuple[int, str], int] = {}
     for number, (scene, exposure) in enumerate(shots.exposures):
         for point in exposure.points:
-            if point.admitted:
-                points.append(point)
-                patches.append(names.setdefault((scene, point.patch), len(names)))
-                seen[scene] += [(number, point, True)] * (point.frames > 1) + [(number, point, False)]
-    rows: list[tuple[float, float, float, float, float, bool, int, int, float]] = []
-    owners: list[int] = []
-    for owner, (point, patch) in enumerate(zip(points, patches, strict=True)):
-        channel = shots.channels.index(point.channel)
-        signal = point.mean_dn - offsets_dn[channel]
-        wider = lines.spread_dn4(point)
-        share = 1.0 / (point.n * point.frames)
-        if point.frames > 1:
-            temporal = point.temporal_variance_dn2 + lines.lost(point, between=True)
-            rows.append((signal, temporal, point.temporal_dof, share, point.frames, True, channel, patch, wider))
-            owners.append(owner)
-        weight = share / point.frames**2
-        spatial = point.spatial_variance_dn2 + lines.lost(point)
-        rows.append((signal, spatial, point.spatial_dof, weight, point.frames, False, channel, patch, wider))
-        owners.append(owner)
+            if not point.admitted:
+                continue
+            channel = shots.channels.index(point.channel)
+            patch = patches.setdefault((scene, point.patch), len(patches))
+            found = _variances(point, lines, offset_dn=offsets_dn[channel], channel=channel, patch=patch)
+            owners += [len(points)] * len(found)
+            points.append(point)
+            variances += found
+            by_scene[scene] += [(number, point, one.temporal) for one in found]
     shared = None
     if lines.seen:
         parts = (
-            lines.of_variances(one, scene.patches, cfa=shots.cfa)
-            for one, scene in zip(seen, shots.scenes, strict=True)
-            if one
+            lines.of_variances(own, scene.patches, cfa=shots.cfa)
+            for own, scene in zip(by_scene, shots.scenes, strict=True)
+            if own
         )
         shared = np.asarray(block_diag(*parts), np.float64)
-    return Table(points=tuple(points), observations=_observations(rows, shared), owners=np.array(owners, np.int64))
+    return Table(points=tuple(points), observations=_observations(variances, shared), owners=np.array(owners, np.int64))
 
 
-def _observations(
-    rows: Sequence[tuple[float, float, float, float, float, bool, int, int, float]],
-    shared: NDArray[np.float64] | None,
-) -> Observations:
-    columns = list(zip(*rows, strict=True)) or [()] * 9
-    floats = [np.array(column, np.float64) for column in columns[:5]]
+def _variances(
+    point: PatchPoint, lines: LineNoise, *, offset_dn: float, channel: int, patch: int
+) -> tuple[_Variance, ...]:
+    """Return the variance between the frames of a burst, and that of their mean; of a single frame the one."""
+    share = 1.0 / (point.n * point.frames)
+    spatial = _Variance(
+        signal_dn=point.mean_dn - offset_dn,
+        variance_dn2=point.spatial_variance_dn2 + lines.lost(point),
+        dof=point.spatial_dof,
+        low_signal=share / point.frames**2,
+        frames=point.frames,
+        temporal=False,
+        channel=channel,
+        patch=patch,
+        line_spread_dn4=lines.spread_dn4(point),
+    )
+    if point.frames == 1:
+        return (spatial,)
+    between = point.temporal_variance_dn2 + lines.lost(point, between=True)
+    temporal = spatial._replace(variance_dn2=between, dof=point.temporal_dof, low_signal=share, temporal=True)
+    return temporal, spatial
+
+
+def _observations(variances: Sequence[_Variance], shared: NDArray[np.float64] | None) -> Observations:
+    spread = np.array([one.line_spread_dn4 for one in variances], np.float64)
     return Observations(
-        signal_dn=floats[0],
-        variance_dn2=floats[1],
-        dof=floats[2],
-        low_signal=floats[3],
-        frames=floats[4],
-        temporal=np.array(columns[5], np.bool_),
-        channel=np.array(columns[6], np.int64),
-        patch=np.array(columns[7], np.int64),
-        line_spread_dn4=None if shared is None else np.array(columns[8], np.float64),
+        signal_dn=np.array([one.signal_dn for one in variances], np.float64),
+        variance_dn2=np.array([one.variance_dn2 for one in variances], np.float64),
+        dof=np.array([one.dof for one in variances], np.float64),
+        low_signal=np.array([one.low_signal for one in variances], np.float64),
+        frames=np.array([one.frames for one in variances], np.float64),
+        temporal=np.array([one.temporal for one in variances], np.bool_),
+        channel=np.array([one.channel for one in variances], np.int64),
+        patch=np.array([one.patch for one in variances], np.int64),
+        line_spread_dn4=None if shared is None else spread,
         line_covariance_dn4=shared,
     )
 

@@ -55,6 +55,8 @@ def together(quantity: str, covering: int) -> Together:
         unit="1",
         snr_threshold=None,
         figures=1,
+        bounds=0,
+        cameras=100,
         relative=True,
         covering=covering,
         intervals=100,

@@ -60,6 +60,7 @@ def closed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert done.returncode == 0, done.stderr
     assert f"{CAMERAS} cameras" in done.stdout
     assert "sd/error" in done.stdout
+    assert f"saturation capacity {4 * CAMERAS} of {4 * CAMERAS}, snr max" in done.stdout  # no channel saturates
     return folder / "out"
 
 
@@ -92,13 +93,23 @@ def test_cameras_are_different_and_their_frames_are_gone(closed: Path) -> None:
     assert row["cameras"] == row["intervals"] == row["pulls"] == CAMERAS
     assert row["sd"] > 0.0
     assert row["bias"] == pytest.approx(row["mean"] - row["truth"])
+    full = [one for one in document["figures"] if one["quantity"] == "saturation_capacity"]
+    assert {(one["bounds"], one["bias"], one["bias_std_error"], one["pulls"]) for one in full} == {
+        (CAMERAS, None, None, 0)
+    }
     assert not (closed / "study").exists()
     assert not (closed / "repeats").exists()
 
 
 def test_the_report_has_a_chapter_on_the_loop(closed: Path) -> None:
     page = (closed / "report.html").read_text(encoding="utf-8")
-    for text in ("The loop closed", "Original beside simulated", "Coverage and bias", "published methods would have"):
+    for text in (
+        "The loop closed",
+        f"{4 * CAMERAS} of {4 * CAMERAS}",
+        "Original beside simulated",
+        "Coverage and bias",
+        "published methods would have",
+    ):
         assert text in page
     curves = read(closed)[0]["curves"]
     assert set(curves["loop_transfer"]["whose"]["values"]) == {"simulated", "truth"}

@@ -1,6 +1,7 @@
 """A loop as it is printed: truth beside measurement for one camera, coverage and bias for several."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -44,9 +45,10 @@ def _print_coverage(console: Console, outcome: LoopOutcome) -> None:
         ">sd",
         title=f"{outcome.cameras} cameras: recommended figures, channels and ISOs together",
     )
-    judged = (figure for figure in loop_figures(table) if figure.recommended and figure.intervals > 0.0)
-    for one in put_together(native(judged)):
-        shown.add_row(*_cells(one))
+    lines = put_together(native(figure for figure in loop_figures(table) if figure.judged))
+    for one in lines:
+        if one.intervals:
+            shown.add_row(*_cells(one))
     console.print(shown)
     console.print(
         "Bias with its Monte Carlo error, and sd of a figure from camera to camera, in % of the truth where no unit "
@@ -55,15 +57,30 @@ def _print_coverage(console: Console, outcome: LoopOutcome) -> None:
         highlight=False,
         soft_wrap=True,
     )
+    _print_bounds(console, lines)
+
+
+def _print_bounds(console: Console, lines: Sequence[Together]) -> None:
+    bounds = [f"{_name(one)} {one.bounds} of {one.cameras}" for one in lines if one.bounds]
+    if bounds:
+        console.print(
+            f"Lower bounds, by cameras and rows, which count in none of these: {', '.join(bounds)}.",
+            highlight=False,
+            soft_wrap=True,
+        )
+
+
+def _name(one: Together) -> str:
+    threshold = "" if one.snr_threshold in {None, 1.0} else f" (SNR {one.snr_threshold:g})"
+    return f"{one.quantity.replace('_', ' ')}{threshold}"
 
 
 def _cells(one: Together) -> tuple[str, ...]:
-    threshold = "" if one.snr_threshold in {None, 1.0} else f" (SNR {one.snr_threshold:g})"
     unit = "" if one.relative else f", {show_unit(one.unit)}".removesuffix(", ")
     scale = 100.0 if one.relative else 1.0
     covered = one.coverage
     return (
-        f"{one.quantity.replace('_', ' ')}{threshold}{unit}",
+        f"{_name(one)}{unit}",
         _number(one.bias * scale, "+.2g"),
         _number(one.bias_std_error * scale, ".1g"),
         _number(one.sd * scale, ".2g"),

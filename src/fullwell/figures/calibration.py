@@ -33,6 +33,8 @@ class Trials:
         Ends of the reported 95 % intervals, NaN where there was none, shape (n,) [unit].
     pulls
         NaN where there was none, shape (n,) [1].
+    bounds
+        Repeats whose value is only a lower bound. Of a figure that has one, neither values nor pulls tell anything.
 
     """
 
@@ -42,6 +44,12 @@ class Trials:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     pulls: NDArray[np.float64]
+    bounds: int = 0
+
+    @property
+    def told_pulls(self) -> NDArray[np.float64]:
+        """Return the pulls that there are; none where some of the values are bounds."""
+        return self.pulls[np.isfinite(self.pulls) & (self.bounds == 0)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,12 +60,14 @@ class Calibration:
     ----------
     trials
         Repeats that reported the figure.
+    bounds
+        Those in which it is only a lower bound; it has no bias, scatter and pulls if there are any.
     truth, mean
         The true value, and the mean of the reported ones [unit].
     bias_std_error
-        Monte Carlo error of the mean less the truth; None for a single repeat [unit].
+        Monte Carlo error of the mean less the truth; None for a single repeat, and of bounds [unit].
     sd
-        Standard deviation of the reported values; None for a single repeat [unit].
+        Standard deviation of the reported values; None for a single repeat, and of bounds [unit].
     std_error
         Root mean square of the reported standard errors; None where there are none [unit].
     intervals, covering
@@ -76,6 +86,7 @@ class Calibration:
     """
 
     trials: int
+    bounds: int
     truth: float
     mean: float
     bias_std_error: float | None
@@ -92,9 +103,9 @@ class Calibration:
     pull_p: float | None
 
     @property
-    def bias(self) -> float:
-        """Mean less truth [unit]."""
-        return self.mean - self.truth
+    def bias(self) -> float | None:
+        """Mean less truth; None where some of the values are bounds [unit]."""
+        return None if self.bounds else self.mean - self.truth
 
     @property
     def coverage(self) -> float | None:
@@ -151,11 +162,12 @@ def calibration(trials: Trials) -> Calibration:
     values, errors = trials.values, trials.std_errors[np.isfinite(trials.std_errors)]
     known = np.isfinite(trials.low) & np.isfinite(trials.high)
     covering = int(np.sum((trials.low <= trials.truth) & (trials.truth <= trials.high) & known))
-    pulls = trials.pulls[np.isfinite(trials.pulls)]
-    sd = float(values.std(ddof=1)) if values.size > 1 else None
+    pulls = trials.told_pulls
+    sd = float(values.std(ddof=1)) if values.size > 1 and not trials.bounds else None
     low, high, p_value = _coverage(covering, int(known.sum()))
     return Calibration(
         trials=int(values.size),
+        bounds=trials.bounds,
         truth=trials.truth,
         mean=float(values.mean()),
         bias_std_error=None if sd is None else sd / math.sqrt(values.size),

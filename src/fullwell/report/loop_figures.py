@@ -13,7 +13,6 @@ from fullwell.report.curves import Table
 from fullwell.units import DECIBEL, STOP
 
 _ABSOLUTE: Final = frozenset({"black_level", "white_level", "digital_maximum"})
-_BOUND: Final = "lower-bound"
 _ORDER: Final = {entry.name: at for at, entry in enumerate(glossary.QUANTITIES)}
 _NUMBERS: Final = (
     "original",
@@ -23,6 +22,7 @@ _NUMBERS: Final = (
     "std_error",
     "pull",
     "cameras",
+    "bounds",
     "mean",
     "bias",
     "bias_std_error",
@@ -39,7 +39,7 @@ _NUMBERS: Final = (
 class LoopFigure:
     """One line of the curve ``loop_figures``, names as its columns; numbers that it lacks are NaN.
 
-    ``bound`` says that the value is only a lower bound, so that its distance from the truth means nothing.
+    ``bounds`` are the cameras in which the value is only a lower bound: its distance from the truth means nothing then.
     """
 
     quantity: str
@@ -51,7 +51,6 @@ class LoopFigure:
     exposure_s: float | None
     temperature_c: float | None
     recommended: bool
-    bound: bool
     original: float
     original_std_error: float
     truth: float
@@ -59,6 +58,7 @@ class LoopFigure:
     std_error: float
     pull: float
     cameras: float
+    bounds: float
     mean: float
     bias: float
     bias_std_error: float
@@ -68,6 +68,16 @@ class LoopFigure:
     covering: float
     pull_mean: float
     pull_sd: float
+
+    @property
+    def bound(self) -> bool:
+        """Whether it is a lower bound in any camera."""
+        return self.bounds > 0.0
+
+    @property
+    def judged(self) -> bool:
+        """Whether it is recommended and claims an interval, or is a bound and claims none."""
+        return self.recommended and (self.bound or self.intervals > 0.0)
 
     @property
     def legacy(self) -> bool:
@@ -90,6 +100,9 @@ class Together:
         Of all of them.
     figures
         How many.
+    bounds, cameras
+        Summed over the figures: in how many cameras they are lower bounds, of how many. A figure that is one in any
+        camera has no part in the rest.
     relative
         Whether bias and error are shares of the truth.
     bias, bias_std_error
@@ -110,6 +123,8 @@ class Together:
     unit: str
     snr_threshold: float | None
     figures: int
+    bounds: int
+    cameras: int
     relative: bool
     bias: float
     bias_std_error: float
@@ -131,7 +146,7 @@ class Together:
 def loop_figures(table: Table) -> tuple[LoopFigure, ...]:
     """Return the lines of the curve ``loop_figures``."""
     numbers = {name: table.numbers(name).tolist() for name in _NUMBERS}
-    names = ("quantity", "channel", "method", "unit", "recommended", "flags")
+    names = ("quantity", "channel", "method", "unit", "recommended")
     words = zip(*(table.values(name) for name in names), strict=True)
     places = zip(*(table.values(name) for name in ("iso", "snr_threshold", "exposure_s", "temperature_c")), strict=True)
     return tuple(
@@ -145,11 +160,10 @@ def loop_figures(table: Table) -> tuple[LoopFigure, ...]:
             snr_threshold=cast("float | None", threshold),
             exposure_s=cast("float | None", exposure_s),
             temperature_c=cast("float | None", temperature_c),
-            bound=_BOUND in str(flags).split(";"),
             **{name: values[at] for name, values in numbers.items()},
         )
         for at, (
-            (quantity, channel, method, unit, recommended, flags),
+            (quantity, channel, method, unit, recommended),
             (iso, threshold, exposure_s, temperature_c),
         ) in enumerate(zip(words, places, strict=True))
     )
@@ -158,7 +172,7 @@ def loop_figures(table: Table) -> tuple[LoopFigure, ...]:
 def native(figures: Iterable[LoopFigure]) -> list[LoopFigure]:
     """Return figures of their own unit in the order of the glossary, those of all channels left out where each has one.
 
-    Variances, bounds, and rows of single exposures are left out too.
+    Variances and rows of single exposures are left out too.
     """
     every = list(figures)
     several = any(one.channel not in {ALL, "mono"} for one in every)
@@ -176,32 +190,34 @@ def put_together(figures: Iterable[LoopFigure]) -> tuple[Together, ...]:
 
 def _is_native(one: LoopFigure) -> bool:
     entry = glossary.quantity(one.quantity)
-    if one.bound or one.exposure_s is not None:
+    if one.exposure_s is not None:
         return False
     return entry is not None and not one.quantity.endswith("_variance") and one.unit == entry.units[0]
 
 
 def _together(same: Sequence[LoopFigure]) -> Together:
-    first = same[0]
-    relative = all(one.relative for one in same)
-    scale = [one.truth if relative else 1.0 for one in same]
-    ratios = [one.sd / one.rms_std_error for one in same if one.rms_std_error > 0.0]
+    first, told = same[0], [one for one in same if not one.bound]
+    relative = all(one.relative for one in told)
+    scale = [one.truth if relative else 1.0 for one in told]
+    ratios = [one.sd / one.rms_std_error for one in told if one.rms_std_error > 0.0]
     return Together(
         quantity=first.quantity,
         method=first.method,
         unit=first.unit,
         snr_threshold=first.snr_threshold,
         figures=len(same),
+        bounds=sum(int(one.bounds) for one in same),
+        cameras=sum(int(one.cameras) for one in same),
         relative=relative,
-        bias=_mean([one.bias / by for one, by in zip(same, scale, strict=True)]),
-        bias_std_error=_rms([one.bias_std_error / by for one, by in zip(same, scale, strict=True)])
-        / math.sqrt(len(same)),
-        sd=_rms([one.sd / by for one, by in zip(same, scale, strict=True)]),
+        bias=_mean([one.bias / by for one, by in zip(told, scale, strict=True)]),
+        bias_std_error=_rms([one.bias_std_error / by for one, by in zip(told, scale, strict=True)])
+        / math.sqrt(max(len(told), 1)),
+        sd=_rms([one.sd / by for one, by in zip(told, scale, strict=True)]),
         scatter_ratio=_rms(ratios),
-        covering=sum(int(one.covering) for one in same),
-        intervals=sum(int(one.intervals) for one in same),
-        pull_mean=_mean([one.pull_mean for one in same]),
-        pull_sd=_rms([one.pull_sd for one in same]),
+        covering=sum(int(one.covering) for one in told),
+        intervals=sum(int(one.intervals) for one in told),
+        pull_mean=_mean([one.pull_mean for one in told]),
+        pull_sd=_rms([one.pull_sd for one in told]),
     )
 
 

@@ -47,7 +47,7 @@ def loop_chapter(material: Material) -> tuple[Section, ...]:
         return ()
     figures = loop_figures(table)
     cameras = int(max(one.cameras for one in figures))
-    lines = put_together(native(one for one in figures if one.recommended and one.intervals > 0.0))
+    lines = put_together(native(one for one in figures if one.judged))
     parts = parts_shown(
         Part(
             title="Original beside simulated",
@@ -132,9 +132,14 @@ def _summary_line(one: LoopFigure, *, measured: bool) -> tuple[str, ...]:
         one.method,
         *((original,) if measured else ()),
         show(Measured.exact(one.truth, one.unit)),
-        f"{'≥ ' if one.bound else ''}{_measured(one.mean, error, one.unit)}",
+        f"{'≥ ' if one.bound else ''}{_measured(one.mean, error, one.unit)}{_bound_in(one)}",
         MISSING if one.bound else _difference(one, error),
     )
+
+
+def _bound_in(one: LoopFigure) -> str:
+    some = 0.0 < one.bounds < one.cameras
+    return f" (a bound in {one.bounds:g} of {one.cameras:g})" if some else ""
 
 
 def _measured(value: float, error: float, unit: str) -> str:
@@ -213,14 +218,15 @@ def _coverage(lines: Sequence[Together]) -> Part:
         tables=(
             WordTable(
                 title="What the intervals, errors and means come to",
-                head=("Figure", "Rows", "Bias", "sd", "sd / error", "Coverage [%]", "Pulls"),
+                head=("Figure", "Rows", "Bound", "Bias", "sd", "sd / error", "Coverage [%]", "Pulls"),
                 lines=tuple(_coverage_line(one) for one in lines),
                 note=(
-                    "Bias with its Monte Carlo error, and the standard deviation of a figure from camera to camera, "
-                    "in % of the truth where no unit is named. sd over reported error: 1 is honest. Coverage of 95 % "
-                    "intervals with what so many trials can tell. Pulls: mean and standard deviation. Rows of one "
-                    "camera share frames, so neighbouring lines are not independent. Every row by itself stands in "
-                    "loop.json."
+                    "Bound: in how many cameras, summed over the rows, saturation was not reached, so that a figure is "
+                    "only a lower bound; a row that is one in any camera has no part in what follows. Bias with its "
+                    "Monte Carlo error, and the standard deviation of a figure from camera to camera, in % of the "
+                    "truth where no unit is named. sd over reported error: 1 is honest. Coverage of 95 % intervals "
+                    "with what so many trials can tell. Pulls: mean and standard deviation. Rows of one camera share "
+                    "frames, so neighbouring lines are not independent. Every row by itself stands in loop.json."
                 ),
             ),
         ),
@@ -233,6 +239,7 @@ def _coverage_line(one: Together) -> tuple[str, ...]:
     return (
         f"{title_of(one.quantity)}{threshold}",
         str(one.figures),
+        f"{one.bounds} of {one.cameras}" if one.bounds else MISSING,
         _share(one, one.bias, one.bias_std_error),
         _share(one, one.sd, math.nan).lstrip("+"),
         _plain(one.scatter_ratio, "{:.2f}"),
@@ -255,7 +262,7 @@ def _plain(value: float, form: str) -> str:
 
 def _published(figures: Sequence[LoopFigure]) -> Part:
     """Return how far the published estimators are off on the same frames; they claim no errors."""
-    legacy = put_together(native(one for one in figures if one.legacy))
+    legacy = put_together(native(one for one in figures if one.legacy and not one.bound))
     lines = tuple(
         (
             title_of(one.quantity),

@@ -7,11 +7,12 @@ from typing import Final, TypeAlias
 
 from fullwell.figures.calibration import pull
 from fullwell.figures.results import Row
+from fullwell.figures.saturation import GRID_LIMITED, LOWER_BOUND
 from fullwell.glossary import RECOMMENDED
 from fullwell.simulate.truth import TrueValue
 from fullwell.units import DN2, ONE, VOLT
 
-_NO_ESTIMATE: Final = frozenset({"lower-bound", "upper-limit", "grid-limited"})
+_NO_ESTIMATE: Final = frozenset({LOWER_BOUND, "upper-limit", GRID_LIMITED})
 _ONLY_AN_INTERVAL: Final = "quantization-limited"
 _TWIN: Final = "_variance"
 _SQUARED: Final = {ONE: ONE, VOLT: DN2}
@@ -50,6 +51,11 @@ class Comparison:
     def recommended(self) -> bool:
         """Whether the row is the one to use; legacy figures never are."""
         return RECOMMENDED in self.row.flags
+
+    @property
+    def bound(self) -> bool:
+        """Whether the value is only a lower bound."""
+        return LOWER_BOUND in self.row.flags
 
     @property
     def figure(self) -> Figure:

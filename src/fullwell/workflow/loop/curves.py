@@ -33,6 +33,7 @@ MOST_PULLS: Final = 400
 _CURVES: Final = ("photon_transfer", "chart_points")
 _REPEATS: Final[tuple[tuple[str, Callable[[Calibration], Value]], ...]] = (
     ("cameras", lambda one: one.trials),
+    ("bounds", lambda one: one.bounds),
     ("mean", lambda one: one.mean),
     ("bias", lambda one: one.bias),
     ("bias_std_error", lambda one: one.bias_std_error),

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from fullwell.figures.calibration import Calibration, Trials, calibration
 from fullwell.workflow.loop.comparison import Comparison, Figure
 
-Share: TypeAlias = tuple[Figure, float, tuple[float, float, float, float, float]]
-"""A figure, its truth, and what one turn found: value, standard error, ends of the interval, pull; NaN for none."""
+Numbers: TypeAlias = tuple[float, float, float, float, float, float]
+"""What one turn found of a figure: value, standard error, ends of the interval, pull, NaN for none; 1 for a bound."""
+Share: TypeAlias = tuple[Figure, float, Numbers]
+"""A figure, its truth, and what one turn found."""
 
 _NONE = float("nan")
 
@@ -22,11 +24,19 @@ class _Ledger:
     """All turns of one figure, one column after the other."""
 
     truth: float
-    columns: "tuple[array[float], ...]" = field(default_factory=lambda: tuple(array("d") for _ in range(5)))
+    columns: "tuple[array[float], ...]" = field(default_factory=lambda: tuple(array("d") for _ in range(6)))
 
     def trials(self) -> Trials:
-        values, std_errors, low, high, pulls = (_array(column) for column in self.columns)
-        return Trials(truth=self.truth, values=values, std_errors=std_errors, low=low, high=high, pulls=pulls)
+        values, std_errors, low, high, pulls, bound = (_array(column) for column in self.columns)
+        return Trials(
+            truth=self.truth,
+            values=values,
+            std_errors=std_errors,
+            low=low,
+            high=high,
+            pulls=pulls,
+            bounds=int(bound.sum()),
+        )
 
 
 @dataclass(slots=True)
@@ -49,9 +59,8 @@ class Tally:
         return {figure: calibration(ledger.trials()) for figure, ledger in self.ledgers.items()}
 
     def pulls(self, figure: Figure) -> NDArray[np.float64]:
-        """Return the pulls of a figure, those that there are."""
-        found = _array(self.ledgers[figure].columns[4])
-        return found[np.isfinite(found)]
+        """Return the pulls of a figure, those that there are; none where it is a bound in any turn."""
+        return self.ledgers[figure].trials().told_pulls
 
 
 def shares_of(compared: Iterable[Comparison]) -> list[Share]:
@@ -59,11 +68,11 @@ def shares_of(compared: Iterable[Comparison]) -> list[Share]:
     return [(one.figure, one.truth, _numbers(one)) for one in compared]
 
 
-def _numbers(one: Comparison) -> tuple[float, float, float, float, float]:
+def _numbers(one: Comparison) -> Numbers:
     measured = one.row.measured
     low, high = measured.ci95 or (_NONE, _NONE)
     error = _NONE if measured.std_error is None else measured.std_error
-    return measured.value, error, low, high, _NONE if one.pull is None else one.pull
+    return measured.value, error, low, high, _NONE if one.pull is None else one.pull, float(one.bound)
 
 
 def _array(column: "array[float]") -> NDArray[np.float64]:

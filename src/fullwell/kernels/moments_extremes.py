@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from fullwell.kernels.moments_rows import Rows
 from fullwell.kernels.stack import Band, SeriesSums, Stack
 
-LIST_ROWS = 8
-"""Rows of a phase whose extremes are followed together: few enough that eight frames of them stay in the cache."""
+LIST_ROWS = 16
+"""Rows of a phase whose extremes are followed together: the fewer, the more lists are kept and looked through."""
 _LIST_FRAMES = 8
 """Frames whose extremes are followed together: where a column holds one, all its codes are looked through."""
 FOUR = 4

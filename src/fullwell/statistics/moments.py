@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fullwell.kernels.moments import add_band, count_codes
-from fullwell.kernels.moments_extremes import LIST_ROWS
 from fullwell.kernels.moments_summary import Maps
 from fullwell.kernels.stack import Band, FrameSums, Stack
 from fullwell.raw.cfa import cell as cell_of
@@ -27,6 +26,8 @@ LARGEST_SIDE: Final = 65536
 LARGEST_TILE: Final = 256
 CODES: Final = 65536
 _STRIP_BYTES: Final = 1 << 18
+_STRIP_ROWS: Final = 8
+"""Of each phase, at least: with fewer, what is done once a strip outweighs what is done with its pixels."""
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 
@@ -100,7 +101,7 @@ class Layout:
     @property
     def strip_rows(self) -> int:
         """Return the rows of the largest strip."""
-        return min(self._rows_of(LIST_ROWS * self.cell), self._step, self.height)
+        return min(self._rows_of(_STRIP_ROWS * self.cell), self._step, self.height)
 
     @property
     def part_rows(self) -> int:

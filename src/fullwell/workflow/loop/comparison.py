@@ -19,8 +19,10 @@ _SQUARED: Final = {ONE: ONE, VOLT: DN2}
 """Units whose square is not written with ``^2``, and one whose rows have their variance in another."""
 
 Figure: TypeAlias = tuple[str, str, str, str, float | None, float | None, float | None, float | None]
-"""Quantity, channel, method, unit, ISO, SNR threshold, exposure and temperature: what figures of two runs
-have in common."""
+"""What the same figure of two runs has in common.
+
+Quantity, channel, method, unit, ISO, SNR threshold, exposure and temperature.
+"""
 
 _Name: TypeAlias = tuple[str, str, str, float | None, float | None, float | None, float | None]
 _Truths: TypeAlias = Mapping[_Name, float]

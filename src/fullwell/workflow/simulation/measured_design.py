@@ -123,9 +123,14 @@ def flat_electrons(figures: Figures, iso: float | None, light: Light) -> float |
     system_gain = figures.system_gain(iso)
     if light in signals:
         return max(signals[light], 0.0) / system_gain
-    by_photons = light[1] is not None and all(one[1] for one in signals)
-    rate = statistics.median(dn / (one[1] or 1.0 if by_photons else one[0]) for one, dn in signals.items())
-    return max(rate * ((light[1] or 0.0) if by_photons else light[0]), 0.0) / system_gain
+    by_photons = light[1] is not None and all(photons for _, photons in signals)
+
+    def amount(of: Light) -> float:
+        exposure_s, photons = of
+        return (photons or 0.0) if by_photons else exposure_s
+
+    rate = statistics.median(dn / amount(one) for one, dn in signals.items())
+    return max(rate * amount(light), 0.0) / system_gain
 
 
 def chart_electrons(figures: Figures, iso: float | None, exposure_s: float) -> float | None:

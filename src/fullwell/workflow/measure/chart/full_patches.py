@@ -14,6 +14,7 @@ LEFT: Final = 0.3
 _BRIGHT: Final = 0.05
 """Share of the range of levels above which noise is that of the light."""
 _FEWEST: Final = 5
+"""Points of a channel that tell how its variance grows with the level."""
 
 
 def without_full(shots: Shots) -> Shots:

@@ -110,6 +110,10 @@ class Directories:
         return self.exif
 
 
+_LATEST: Final = deque[tuple[Directories, Mapping[int, bytes]]](maxlen=2)
+"""The directories read last, and all the bytes of their files that they were made of."""
+
+
 def read_directories(path: Path) -> Directories:
     """Return the directories of a TIFF or DNG file.
 
@@ -176,10 +180,6 @@ def _holds(file: BinaryIO, seen: Mapping[int, bytes], *, size: int) -> bool:
         if file.read(len(data)) != data:
             return False
     return True
-
-
-_LATEST: Final = deque[tuple[Directories, Mapping[int, bytes]]](maxlen=2)
-"""The directories read last, and all the bytes of their files that they were made of."""
 
 
 def _directories(tiff: "TiffFile") -> Directories:

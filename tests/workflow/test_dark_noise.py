@@ -31,7 +31,7 @@ def test_total_dark_noise_scatters_as_its_errors_say(tmp_path: Path) -> None:
     chosen = [
         figure
         for figure in tally.ledgers
-        if figure[0] == "total_dark_noise" and figure[1] != "all" and figure[3] == "DN" and figure[-1] == SHORTEST_S
+        if figure[0] == "total_dark_noise" and figure[1] != "all" and figure[3] == "DN" and figure[6] == SHORTEST_S
     ]
     pulls = np.concatenate([tally.pulls(figure) for figure in chosen])
     assert pulls.size == 4 * CAMERAS

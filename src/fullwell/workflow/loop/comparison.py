@@ -14,6 +14,9 @@ from fullwell.units import DN2, ONE, VOLT
 
 _NO_ESTIMATE: Final = frozenset({LOWER_BOUND, "upper-limit", GRID_LIMITED})
 _ONLY_AN_INTERVAL: Final = "quantization-limited"
+_MIXED: Final = "mixed"
+_TOLD_BY_LIGHT: Final = frozenset({"k_fpn", "k_fpn_variance"})
+"""Fixed pattern is told by how it grows with light: of a simulated chart, which is even, nothing else is in it."""
 _TWIN: Final = "_variance"
 _SQUARED: Final = {ONE: ONE, VOLT: DN2}
 """Units whose square is not written with ``^2``, and one whose rows have their variance in another."""
@@ -41,7 +44,8 @@ class Comparison:
     pull
         Error in standard errors, put on the scale of a normal number where the degrees of freedom are few: 95 % of
         them lie within -1.96 and 1.96. That of a square root is its variance's, which alone follows Student's t near
-        zero. None where the row claims no standard error, is a bound, or only an interval is known.
+        zero. None where the row claims no standard error, is a bound, holds more than its truth (``mixed``), or only an
+        interval is known.
 
     """
 
@@ -58,6 +62,11 @@ class Comparison:
     def bound(self) -> bool:
         """Whether the value is only a lower bound."""
         return LOWER_BOUND in self.row.flags
+
+    @property
+    def mixed(self) -> bool:
+        """Whether the row holds more than its truth, so that neither error nor interval can be judged by that."""
+        return _is_mixed(self.row)
 
     @property
     def figure(self) -> Figure:
@@ -113,12 +122,16 @@ def pulls_of(compared_rows: Sequence[Comparison]) -> tuple[float, ...]:
 
 
 def _pull(row: Row, truth: float, twins: Mapping[tuple[object, ...], Row], known: _Truths) -> float | None:
-    if _ONLY_AN_INTERVAL in row.flags:
+    if _ONLY_AN_INTERVAL in row.flags or _is_mixed(row):
         return None
     twin = _twin(row, twins)
     if twin is not None and (its_truth := _true(twin, known)) is not None:
         return pull(twin.measured, its_truth)
     return None if _NO_ESTIMATE.intersection(row.flags) else pull(row.measured, truth)
+
+
+def _is_mixed(row: Row) -> bool:
+    return _MIXED in row.flags and row.quantity not in _TOLD_BY_LIGHT
 
 
 def _twin(row: Row, twins: Mapping[tuple[object, ...], Row]) -> Row | None:

@@ -70,7 +70,7 @@ def shares_of(compared: Iterable[Comparison]) -> list[Share]:
 
 def _numbers(one: Comparison) -> Numbers:
     measured = one.row.measured
-    low, high = measured.ci95 or (_NONE, _NONE)
+    low, high = (None if one.mixed else measured.ci95) or (_NONE, _NONE)
     error = _NONE if measured.std_error is None else measured.std_error
     return measured.value, error, low, high, _NONE if one.pull is None else one.pull, float(one.bound)
 

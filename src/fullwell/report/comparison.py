@@ -302,7 +302,7 @@ def _difference(pair: _Pair) -> str:
 def _relative(apart: float) -> str:
     if apart >= 9.0:
         return f"{apart + 1.0:.3g} times"
-    return f"{100.0 * apart:+.{0 if abs(apart) >= 1.0 else 1}f} %".replace("-", _MINUS)
+    return f"{show_signed(100.0 * apart, 0 if abs(apart) >= 1.0 else 1)} %"
 
 
 def _spread(pairs: Sequence[_Pair]) -> str:

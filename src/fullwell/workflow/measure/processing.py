@@ -13,7 +13,7 @@ from scipy.special import fdtr
 
 from fullwell.figures.results import Column, Curve, Row
 from fullwell.findings import Finding, Severity
-from fullwell.report.numbers import show_exposure
+from fullwell.report.numbers import show_exposure, show_signed
 from fullwell.statistics.codes import CodeUse, Pattern, code_use
 from fullwell.statistics.noise_correlation import REACH, NoiseCorrelation
 from fullwell.statistics.series import Histogram
@@ -144,8 +144,8 @@ def _filtered(bursts: IsoBursts, pairs: Sequence[PairLook]) -> tuple[set[str], t
             continue
         channels |= {channel for channel, _ in found}
         said = "; ".join(
-            f"{channel} {strongest(one):+.3f}, the sum over ±{REACH} pixels is {one.total_dn2 / one.variance_dn2:.2f} "
-            f"of the variance {one.variance_dn2:.4g} DN²"
+            f"{channel} {show_signed(strongest(one), 3)}, the sum over ±{REACH} pixels is "
+            f"{one.total_dn2 / one.variance_dn2:.2f} of the variance {one.variance_dn2:.4g} DN²"
             for channel, one in found
         )
         kind = "smoothing (denoised, interpolated or resized)" if strongest(found[0][1]) > 0.0 else "sharpening"

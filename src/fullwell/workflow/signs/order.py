@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fullwell.findings import Finding, Severity
 from fullwell.raw.cfa import MONO
+from fullwell.report.numbers import show_signed
 from fullwell.statistics.mosaic_order import MosaicOrder, Order, alternation
 
 ALTERNATION_ERRORS = 6.0
@@ -73,7 +74,7 @@ def alternation_findings(planes: Sequence[NDArray[np.uint16]], channels: Sequenc
         told = [(channel, step) for channel, plane in zip(channels, planes, strict=True)
                 if (step := _alternates(plane, axis)) is not None]  # fmt: skip
         if told:
-            said = ", ".join(f"{channel} {step:+.2f} DN" for channel, step in told)
+            said = ", ".join(f"{channel} {show_signed(step, 2)} DN" for channel, step in told)
             message = (
                 f"Even and odd {lines} differ in level ({said}): an interleaved readout, whose converters or "
                 "amplifiers take turns. Fixed pattern and line noise hold that difference."

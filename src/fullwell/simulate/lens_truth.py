@@ -39,7 +39,7 @@ def true_shading(config: SimulationConfig) -> tuple[Shading, ...]:
         top = float(plane.max()) + flare
         corner, edge_x, edge_y = (
             (float(places.mean(dtype=np.float64)) + flare) / top
-            for places in (plane[:: plane.shape[0] - 1, :: plane.shape[1] - 1], _ends(plane), _ends(plane.T))
+            for places in (plane[np.ix_((0, -1), (0, -1))], _ends(plane), _ends(plane.T))
         )
         found.append(Shading(corner=corner, edge_x=edge_x, edge_y=edge_y))
     return tuple(found)
@@ -48,4 +48,4 @@ def true_shading(config: SimulationConfig) -> tuple[Shading, ...]:
 def _ends(plane: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return both ends of the middle row; of an even number of rows those of the two in the middle."""
     rows = plane.shape[0]
-    return plane[(rows - 1) // 2 : rows // 2 + 1, :: plane.shape[1] - 1]
+    return plane[(rows - 1) // 2 : rows // 2 + 1, (0, -1)]

@@ -43,3 +43,19 @@ def test_read_noise_of_darks_too_close_together_is_not_extrapolated(tmp_path: Pa
     assert all(
         abs(row.measured.value - 0.5 * (6.25 + 4.0) ** 0.5) < 5.0 * (row.measured.std_error or 0.0) for row in own
     )
+
+
+def test_hot_pixels_do_not_stand_for_levels_that_cover_all_phases(tmp_path: Path) -> None:
+    camera = {"width": 96, "height": 96, "cfa": "mono", "read_noise": 0.4, "system_gain": 0.5, "dsnu": 0.1}
+    hot = {"hot_pixels": 0.001, "hot_pixel_current": 400.0, "dark_current": 0.0}
+    config = simulation(seed=1, camera=camera | hot, study={"isos": [100], "dark": {"exposures_s": [0.5, 1.0, 2.0]}})
+    simulated_study(tmp_path / "hot", config)
+    found = measure(tmp_path / "hot", options=Options(selection=Selection(), workers=1)).results
+    (row,) = (
+        one
+        for one in found.rows
+        if (one.quantity, one.method, one.measured.unit) == ("read_noise", "temporal-variance", "DN")
+    )
+    low, high = row.measured.ci95 or (1.0, 0.0)
+    assert "quantization-limited" in row.flags
+    assert low < 0.2 < high

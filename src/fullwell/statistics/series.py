@@ -1,6 +1,7 @@
 """What is kept of a series once its moments are complete: numbers per CFA plane and tile, no pixels."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,10 @@ class MeanSquares:
     th: float
     vh: float
     tvh: float
+
+
+_BODY: Final = (0.005, 0.995)
+"""Quantiles of the codes between which no hot pixel lies, were there one in two hundred."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,6 +188,17 @@ class PlaneStatistics:
         if self.frames < 2:
             return 0.0
         return max(self.spatial_variance - self.temporal_variance / self.frames, 0.0) ** 0.5
+
+    @property
+    def body_spread(self) -> float:
+        """Return `fixed_spread` of the pixels whose codes are among the middle 99 %, if less: without hot ones [DN]."""
+        spread, counts = self.fixed_spread, self.histogram.counts
+        if spread == 0.0:
+            return spread
+        low, high = np.searchsorted(np.cumsum(counts), np.array(_BODY) * counts.sum())
+        codes, weights = np.arange(low, high + 1), counts[low : high + 1]
+        variance = np.average((codes - np.average(codes, weights=weights)) ** 2, weights=weights)
+        return min(spread, max(float(variance) - self.temporal_variance, 0.0) ** 0.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

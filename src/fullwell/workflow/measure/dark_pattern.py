@@ -11,7 +11,7 @@ def dark_pattern(bursts: IsoBursts, burst: Burst, channel: str) -> tuple[Nonunif
     """Return the fixed pattern of one channel of an unlit burst of two frames or more, and the flags of its rows."""
     plane, step = burst.plane(channel), bursts.code_step(channel)
     temporal, n = total_temporal_variance(plane), plane.n * plane.frames
-    noise = analogue_read_noise(temporal, quantization_step=step, spatial_spread_dn=plane.fixed_spread, n=n)
+    noise = analogue_read_noise(temporal, quantization_step=step, spatial_spread_dn=plane.body_spread, n=n)
     rounded = dark_nonuniformity(plane.mean_squares, plane.shape, tiles=plane.tiles)
     found, limited = unrounded_nonuniformity(rounded, temporal=temporal, noise=noise, pixels=plane.n, step=step)
     return found, frozenset({"quantization-limited"} if limited else ())

@@ -94,7 +94,7 @@ def _curve(bursts: IsoBursts, plane: PlaneStatistics, found: Sequence[_RegionNoi
     noises = [
         analogue_read_noise(
             Measured.normal(one.variance_dn2, one.variance_dn2 * (2.0 / own) ** 0.5, DN2),
-            spatial_spread_dn=plane.fixed_spread,
+            spatial_spread_dn=plane.body_spread,
             n=int(one.dof),
         ).noise
         for one, own in zip(found, dof, strict=True)

@@ -95,7 +95,7 @@ def _channel_noise(bursts: IsoBursts, plane: PlaneStatistics) -> ChannelNoise:
         total, mixed = (at_zero, ()) if at_zero is not None else (total, ("mixed",))
     step = bursts.code_step(plane.channel)
     noise = analogue_read_noise(
-        total, quantization_step=step, spatial_spread_dn=plane.fixed_spread, n=plane.n * plane.frames
+        total, quantization_step=step, spatial_spread_dn=plane.body_spread, n=plane.n * plane.frames
     )
     return ChannelNoise(
         channel=plane.channel,
@@ -174,7 +174,7 @@ def _tail_rows(bursts: IsoBursts, burst: Burst, plane: PlaneStatistics) -> tuple
     """Return the noise of the median pixel, and how far the pixels scatter beyond normal noise (METHOD 3.6)."""
     median = median_pixel_variance(plane.temporal_variance_median, frames=plane.frames, pixels=plane.n)
     step = bursts.code_step(plane.channel)
-    typical = analogue_read_noise(median, quantization_step=step, spatial_spread_dn=plane.fixed_spread)
+    typical = analogue_read_noise(median, quantization_step=step, spatial_spread_dn=plane.body_spread)
     excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row
     n = plane.n * plane.frames

@@ -13,7 +13,7 @@ import pytest
 import xxhash
 from mixed_study import HEIGHT, TILE, WIDTH, Mosaics, assert_same, assert_same_reduction, direct, mixed_study
 
-from fullwell.errors import RawFileError
+from fullwell.errors import RawFileError, UsageError
 from fullwell.findings import Severity
 from fullwell.frames.series import Kind, Study
 from fullwell.statistics.accumulation import Accumulation
@@ -224,3 +224,9 @@ def test_much_to_keep_needs_a_folder(study: tuple[Study, Mosaics], monkeypatch: 
     monkeypatch.setattr(scratch, "MOST_KEPT_BYTES", 1)
     with pytest.raises(ValueError, match="name a scratch folder"):
         reduce_study(study[0], workers=1, tile=TILE, keep={Kind.FLAT})
+
+
+@pytest.mark.parametrize(("height", "width"), [(2, 64), (64, 3)])
+def test_planes_of_one_line_are_refused_in_a_sentence(study: tuple[Study, Mosaics], height: int, width: int) -> None:
+    with pytest.raises(UsageError, match="one row or column"):
+        reduce_study(dataclasses.replace(study[0], height=height, width=width), workers=1)

@@ -9,6 +9,7 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
+from typing import Final
 
 from fullwell.errors import UsageError
 from fullwell.findings import Finding
@@ -26,6 +27,9 @@ from fullwell.workflow.plan import Cluster, plan
 from fullwell.workflow.read_ahead import ReadAhead, Stoppable
 from fullwell.workflow.scratch import KeptSums, narrowed
 from fullwell.workflow.threads import reduce_in_threads
+
+_FEWEST_LINES: Final = 2
+"""Rows and columns of a plane whose noise is told apart from that of pixels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +101,7 @@ def reduce_study(
     Raises
     ------
     UsageError
-        The frames are too small or too large, or the tile is.
+        The frames are too small or too large, or the tile is; or planes have a single row or column.
     ValueError
         The sums take more than 200 MB and there is no folder for them.
 
@@ -173,9 +177,15 @@ def reduce_in_groups(
 
 def _layout(study: Study, tile: int) -> Layout:
     try:
-        return Layout(height=study.height, width=study.width, cfa=study.cfa, tile=tile)
+        layout = Layout(height=study.height, width=study.width, cfa=study.cfa, tile=tile)
     except ValueError as error:
         raise UsageError(str(error)) from error
+    if min(layout.plane(layout.sites - 1)) < _FEWEST_LINES:
+        raise UsageError(
+            f"frames of {study.height} x {study.width} pixels have planes of one row or column, whose noise cannot "
+            "be told apart from that of pixels; put the lines of a line camera below each other in frames of many rows"
+        )
+    return layout
 
 
 class _Desk:

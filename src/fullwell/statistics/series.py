@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from fullwell.statistics.pairs import PairStatistics
 
+_BODY: Final = (0.005, 0.995)
+"""Quantiles of the codes between which no hot pixel lies, were there one in two hundred."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanSquares:
@@ -24,10 +27,6 @@ class MeanSquares:
     th: float
     vh: float
     tvh: float
-
-
-_BODY: Final = (0.005, 0.995)
-"""Quantiles of the codes between which no hot pixel lies, were there one in two hundred."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

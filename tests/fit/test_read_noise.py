@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import norm
 
 from fullwell.fit.read_noise import analogue_read_noise, phase_effect, unrounded_noise
 from fullwell.model.quantization import rounded_variance
@@ -51,6 +52,28 @@ def test_phase_effect_fades_with_noise_and_with_spread():
     assert phase_effect(0.3, spread=0.5) < 0.01 * phase_effect(0.3)
     assert 0.0 < phase_effect(1.24) < 1e-12
     assert phase_effect(1.26) == phase_effect(0.3, spread=1.3) == 0.0
+
+
+def summed_effect(noise: float, spread: float) -> float:
+    """Return how far levels about a code or an edge are off the mean over phases, summed level by level."""
+    levels = np.linspace(-8.5, 8.5, 1 + round(17 * 6 * max(spread / noise, 1.0))) * spread
+    weights = np.exp(-0.5 * (levels / spread) ** 2)
+    edges = np.arange(-14.0, 15.0) - 0.5
+    effects = []
+    for phase in (0.0, 0.5):
+        shares = np.diff(norm.cdf((edges - phase - levels[:, np.newaxis]) / noise), axis=1)
+        codes = edges[:-1] + 0.5 - np.rint(levels)[:, np.newaxis]
+        variances = (shares * codes**2).sum(axis=1) - (shares * codes).sum(axis=1) ** 2
+        effects.append(abs(np.average(variances, weights=weights) - rounded_variance(noise)))
+    return max(effects)
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.1, 0.2, 0.4])
+@pytest.mark.parametrize("spread", [0.05, 0.3, 0.5, 0.8, 1.1])
+def test_phase_effect_is_that_of_levels_summed_one_by_one(noise, spread):
+    """Twenty-one levels stood for all: for little noise the effect came out as large as the variance."""
+    least = max(max(noise**2 - summed_effect(noise, spread), 0.0) ** 0.5, 0.7 * noise)
+    assert phase_effect(noise, spread=spread) == pytest.approx(summed_effect(least, spread), rel=1e-9, abs=1e-13)
 
 
 def test_phase_joins_the_error_where_levels_do_not_spread():

@@ -96,7 +96,7 @@ def test_rounding_at_one_phase_by_simulation():
     assert abs(variances.mean() - expected) <= 4.0 * variances.std() / np.sqrt(variances.size)
 
 
-@pytest.mark.parametrize("noise", [0.05, 0.2, 0.5])
+@pytest.mark.parametrize("noise", [0.01, 0.05, 0.2, 0.5])
 @pytest.mark.parametrize("phase", [0.0, 0.2, 0.5])
 def test_a_pattern_is_rounded_as_its_mean_codes_are(noise, phase):
     """The mean code of a level by the normal law, over the levels of a normal pattern."""
@@ -112,6 +112,14 @@ def test_a_rounded_pattern_is_the_mean_over_phases():
     for spread in (0.05, 0.2, 0.6):
         mean = float(rounded_pattern_at_phase(spread, phases, noise=0.2).mean())
         assert float(rounded_pattern(spread, noise=0.2)) == pytest.approx(mean, rel=1e-9)
+
+
+@pytest.mark.parametrize("noise", [0.002, 0.01, 0.05, 0.3, 1.2])
+@pytest.mark.parametrize("spread", [0.003, 0.02, 0.1, 0.6])
+def test_noise_and_pattern_are_rounded_as_the_noise_of_both(noise, spread):
+    """By the law of total variance; the closed form for little noise holds to 1e-11."""
+    both = rounded_variance(float(np.hypot(noise, spread)))
+    assert float(rounded_pattern(spread, noise=noise)) == pytest.approx(both - rounded_variance(noise), abs=2e-11)
 
 
 def test_published_errors_of_one_twelfth():

@@ -15,6 +15,7 @@ import numpy as np
 from fullwell.fit.rounding_region import possible_before_rounding
 from fullwell.model.quantization import (
     quantization_variance,
+    rounded_pattern_at_phase,
     rounded_variance,
     rounded_variance_at_phase,
     rounded_variance_slope,
@@ -144,11 +145,11 @@ def phase_effect(noise: float, *, step: float = 1.0, spread: float = 0.0) -> flo
     """
     if math.hypot(noise, spread) >= _NO_PHASE * step:
         return 0.0
+    phases = np.array([0.0, 0.5 * step])
 
     def effect(of: float) -> float:
-        extremes = rounded_variance_at_phase(
-            np.full(2, max(of, 1e-3 * step)), np.array([0.0, 0.5 * step]), spread=spread, step=step
-        )
+        whole = rounded_variance_at_phase(max(math.hypot(of, spread), 1e-3 * step), phases, step=step)
+        extremes = whole - rounded_pattern_at_phase(spread, phases, noise=of, step=step)
         return float(np.abs(extremes - rounded_variance(of, step=step)).max())
 
     return effect(max(math.sqrt(max(noise**2 - effect(noise), 0.0)), 0.7 * noise))

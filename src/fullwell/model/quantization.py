@@ -5,7 +5,6 @@ Rounding adds q^2/12 only where the noise, or the spread of levels over the pixe
 """
 
 import math
-from functools import cache
 from typing import Final
 
 import numpy as np
@@ -16,6 +15,9 @@ SMALL: Final = 0.1
 
 _LARGE: Final = 1.0
 """Noise in codes above which the series is lost in the last digit."""
+
+_LEAST: Final = 1e-3
+"""Noise in codes that any less counts as in the mean of rounded codes, whose series would have no end."""
 
 _TERMS: Final = np.arange(1, 11, dtype=np.float64)
 
@@ -91,8 +93,9 @@ def rounded_pattern(spread: ArrayLike, *, noise: float, step: float = 1.0) -> ND
 
     """
     relative = np.asarray(spread, np.float64)[..., np.newaxis] / step
-    own = _harmonics(noise / step) ** 2 / 2.0
-    return step**2 * (relative[..., 0] ** 2 - np.expm1(-4.0 * np.pi**2 * _TERMS**2 * relative**2) @ own)
+    terms, own = _harmonics(noise / step)
+    damped = np.expm1(-4.0 * np.pi**2 * terms**2 * relative**2)
+    return step**2 * (relative[..., 0] ** 2 - damped @ (own**2 / 2.0))
 
 
 def rounded_pattern_at_phase(
@@ -111,13 +114,13 @@ def rounded_pattern_at_phase(
         Mean level, relative to the nearest code [DN]; broadcasts with ``spread``.
 
     """
-    own = _harmonics(noise / step)
+    terms, own = _harmonics(noise / step)
     relative, level = (np.asarray(one, np.float64)[..., np.newaxis] / step for one in (spread, phase))
-    waves = np.arange(2 * _TERMS.size + 1, dtype=np.float64)
+    waves = np.arange(2 * terms.size + 1, dtype=np.float64)
     left, turn = np.exp(-2.0 * np.pi**2 * waves**2 * relative**2), 2.0 * np.pi * waves * level
-    single = slice(1, _TERMS.size + 1)
+    single = slice(1, terms.size + 1)
     mean = (left[..., single] * np.sin(turn[..., single])) @ own
-    along = (relative**2 * left[..., single] * np.cos(turn[..., single])) @ (4.0 * np.pi * _TERMS * own)
+    along = (relative**2 * left[..., single] * np.cos(turn[..., single])) @ (4.0 * np.pi * terms * own)
     square = (left * np.cos(turn)) @ _products(own)
     return step**2 * (relative[..., 0] ** 2 + along + square - mean**2)
 
@@ -131,16 +134,19 @@ def _products(own: NDArray[np.float64]) -> NDArray[np.float64]:
     return product
 
 
-def _harmonics(relative_noise: float) -> NDArray[np.float64]:
-    """Return the amplitudes of the sines by which the mean of rounded codes departs from the level [code]."""
-    signs = np.where(_TERMS % 2.0 == 0.0, 1.0, -1.0)
-    return signs / (np.pi * _TERMS) * np.exp(-2.0 * np.pi**2 * _TERMS**2 * relative_noise**2)
+def _harmonics(relative_noise: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the numbers and amplitudes of the sines by which the mean of rounded codes departs from the level [code].
+
+    The first that is left out is below 1e-13.
+    """
+    noise = max(relative_noise, _LEAST)
+    terms = np.arange(1.0, 1.25 / noise + 1.0)
+    signs = np.where(terms % 2.0 == 0.0, 1.0, -1.0)
+    return terms, signs / (np.pi * terms) * np.exp(-2.0 * np.pi**2 * terms**2 * noise**2)
 
 
-def rounded_variance_at_phase(
-    noise: ArrayLike, phase: ArrayLike, *, spread: float = 0.0, step: float = 1.0
-) -> NDArray[np.float64]:
-    """Return the expected variance of rounded Gaussian noise about a known level.
+def rounded_variance_at_phase(noise: ArrayLike, phase: ArrayLike, *, step: float = 1.0) -> NDArray[np.float64]:
+    """Return the expected variance of rounded Gaussian noise about a known level [DN^2].
 
     Parameters
     ----------
@@ -148,34 +154,16 @@ def rounded_variance_at_phase(
         Standard deviation before rounding, above zero [DN].
     phase
         Mean level, relative to the nearest code [DN]; broadcasts with ``noise``.
-    spread
-        Standard deviation of the pixels' levels about it [DN].
     step
         Distance of two codes q [DN].
 
-    Returns
-    -------
-    ndarray
-        Mean over the pixels of the variance of one pixel's codes [DN^2].
-
     """
     sigma, level = np.broadcast_arrays(np.asarray(noise, np.float64) / step, np.asarray(phase, np.float64) / step)
-    nodes, weights = _levels()
-    pixel_levels = level[..., None] + (spread / step) * nodes
-    reach = math.ceil(8.0 * (float(sigma.max(initial=0.0)) + spread / step)) + 2
+    reach = math.ceil(8.0 * float(sigma.max(initial=0.0))) + 2
     edges = np.arange(-reach, reach + 1) - 0.5
     from scipy.special import ndtr  # noqa: PLC0415 - the simulator imports this module and needs no SciPy
 
-    below = ndtr((edges - pixel_levels[..., None]) / sigma[..., None, None])
-    probability = np.diff(below, axis=-1)
+    probability = np.diff(ndtr((edges - level[..., None]) / sigma[..., None]), axis=-1)
     codes = edges[:-1] + 0.5
     mean = probability @ codes
-    variance = probability @ codes**2 - mean**2
-    return step**2 * (variance @ weights) / weights.sum()
-
-
-@cache
-def _levels() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the nodes and weights of levels that scatter normally."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(21)
-    return nodes, weights
+    return step**2 * (probability @ codes**2 - mean**2)

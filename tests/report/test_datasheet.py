@@ -17,6 +17,8 @@ from fullwell.report.emva_section import emva_section
 from fullwell.report.emva_xml import reference_files
 from fullwell.report.emva_xml_reading import read_reference_results
 from fullwell.report.html import report_html
+from fullwell.report.numbers import show
+from fullwell.report.pivots import title_of
 from fullwell.units import Measured
 
 
@@ -75,6 +77,22 @@ def test_a_negative_variance_is_a_limit_with_a_note_never_nan(sheet):
     assert row.value.startswith("< ")
     assert any(mark == row.note and "upper" in text for mark, text in channel.notes)
     assert "nan" not in str(sheet.points[0].channels).lower()
+
+
+def test_all_figures_say_what_is_only_a_bound_as_the_report_does(campaign):
+    full = Measured.exact(8300.0, "e-")
+    bounded = [
+        replace(row, measured=full, flags=(*row.flags, "lower-bound"))
+        if (row.quantity, row.measured.unit) == ("saturation_capacity", "e-")
+        else row
+        for row in campaign.rows
+    ]
+    figures = build_datasheet(replace(campaign, rows=tuple(bounded))).points[0].channels[0].figures
+    values = {(line.title, line.unit, line.method): line.value for line in figures}
+    assert values["Saturation capacity", "e⁻", ""] == show(full, ("lower-bound",)) == "≥ 8300"
+    below = next(row for row in rows_at(campaign) if row.quantity == "dsnu_row")
+    assert values[title_of("dsnu_row"), "e⁻", ""] == show(below.measured, below.flags)
+    assert values[title_of("dsnu_row"), "e⁻", ""].startswith("≤ ")
 
 
 def test_the_corrected_figures_stand_beside_not_among_the_standard_s(campaign, sheet):

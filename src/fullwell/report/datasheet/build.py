@@ -13,7 +13,7 @@ from fullwell.report.datasheet.graphs import Curves, graphs_of, small_graphs
 from fullwell.report.datasheet.items import PACKAGE_LINEARITY, SPATIAL, TEMPLATE, Group, error_text, item_groups, row_of
 from fullwell.report.datasheet.missing import missing_items, reason_of
 from fullwell.report.datasheet.tables import THINNING
-from fullwell.report.numbers import MISSING, show_interval, show_iso, show_plain, show_unit, show_value
+from fullwell.report.numbers import MISSING, show, show_interval, show_iso, show_plain, show_unit, show_value
 from fullwell.report.pivots import title_of
 from fullwell.report.plots_emva import Legend
 from fullwell.units import Measured
@@ -159,7 +159,7 @@ def _figure(row: Row) -> FigureLine:
     return FigureLine(
         title=f"{title_of(row.quantity)}{at}",
         method="high-pass corrected" if row.method == CORRECTED else "",
-        value=show_value(measured),
+        value=show(measured, row.flags) if measured.std_error is None else show_value(measured),
         error=error_text(measured) or MISSING,
         interval=show_interval(measured),
         dof=_dof(measured),

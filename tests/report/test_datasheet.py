@@ -250,6 +250,26 @@ def test_the_package_s_file_holds_its_items_and_ours_apart(campaign, tmp_path):
     assert next(row.measured for row in rows if row.quantity == "system_gain") == Measured.exact(0.4, "DN/e-")
 
 
+def test_the_package_s_file_keeps_limits_with_their_values(campaign):
+    floor = Measured.interval(0.49, None, (0.0, 0.49), "DN")
+    full = Measured.exact(8300.0, "e-")
+    bounds = {("dark_noise", "DN"): (floor, "upper-limit"), ("saturation_capacity", "e-"): (full, "lower-bound")}
+    rows = []
+    for row in campaign.rows:
+        measured, *flags = bounds.get((row.quantity, row.measured.unit), (row.measured,))
+        rows.append(replace(row, measured=measured, flags=(*row.flags, *flags)))
+    files = dict(reference_files(replace(campaign, rows=tuple(rows))))
+    root = ET.fromstring(files["mono_iso100.xml"])  # noqa: S314 - our own
+    assert float(root.findtext("sensitivity/sigma_y_dark/value")) == 0.49  # EMVA 1288: noise below it is set to it
+    assert float(root.findtext("toolkit/sigma_y_dark_upper_limit/value")) == 0.49
+    assert float(root.findtext("sensitivity/u_e_sat/value")) == 8300.0
+    assert float(root.findtext("toolkit/u_e_sat_lower_bound/value")) == 8300.0
+    below = next(row for row in rows_at(campaign) if row.quantity == "dsnu_row")
+    assert root.findtext("spatial/DSNU1288_row/value") == "nan"
+    assert float(root.findtext("toolkit/DSNU1288_row_upper_limit/value")) == below.measured.ci95[1]
+    assert root.find("toolkit/DSNU1288_row_uncertainty") is None
+
+
 def test_the_package_s_profile_has_a_sheet_of_its_own():
     results = synthetic_campaign(method=PACKAGE)
     groups = item_groups(TEMPLATE, rows_at(results, method=PACKAGE), {})

@@ -1,8 +1,9 @@
 """Results written as the package emva1288 writes its own: one XML file per channel and operation point.
 
 What the package knows stands in its sections, with its tags, symbols and units: figures of the profile
-``emva1288-py-1.0`` where the results have its system gain, else those of Release 4.0. What the package does not know,
-standard errors above all, stands in a section ``toolkit`` of its own.
+``emva1288-py-1.0`` where the results have its system gain, else those of Release 4.0. The root of a variance below
+zero is ``nan``, as the package has it. What the package does not know, standard errors and limits above all, stands in
+a section ``toolkit`` of its own.
 """
 
 from collections.abc import Iterator, Sequence
@@ -84,7 +85,13 @@ def _value(item: Item, rows: Sequence[Row]) -> str | None:
     )
     if row is None:
         return None
-    return "nan" if "upper-limit" in row.flags else repr(float(row.measured.value))
+    return _number(row)
+
+
+def _number(row: Row) -> str:
+    """Return a value; nan for the root of a variance at or below zero."""
+    value = float(row.measured.value)
+    return "nan" if "upper-limit" in row.flags and value <= 0.0 else repr(value)
 
 
 def _add(section: Element, item: Item, value: str) -> None:
@@ -127,23 +134,22 @@ def _add_histogram(section: Element, tag: str, short: str, table: Table) -> None
 
 
 def _beyond(rows: Sequence[Row]) -> Iterator[tuple[str, str, str, str]]:
-    """Yield what the package has no place for: figures of Release 4.0, and a standard error of each figure."""
+    """Yield what the package has no place for: figures of Release 4.0; the standard error or limit of each figure."""
     placed = {(item.quantity, item.row_unit): item.tag for item in ITEMS if item.quantity}
     for row in rows:
-        name = (row.quantity, row.measured.unit)
+        measured = row.measured
         if row.snr_threshold not in {None, 1.0}:
             continue
-        tag = placed.get(name)
+        tag = placed.get((row.quantity, measured.unit))
         if tag is None:
-            tag = f"{row.quantity}_{_plain(row.measured.unit)}".rstrip("_")
-            yield (tag, row.quantity.replace("_", " "), row.measured.unit, repr(float(row.measured.value)))
-        if row.measured.std_error is not None:
-            yield (
-                f"{tag}_uncertainty",
-                f"one standard error of {tag}",
-                row.measured.unit,
-                repr(row.measured.std_error),
-            )
+            tag = f"{row.quantity}_{_plain(measured.unit)}".rstrip("_")
+            yield (tag, row.quantity.replace("_", " "), measured.unit, _number(row))
+        if measured.std_error is not None:
+            yield (f"{tag}_uncertainty", f"one standard error of {tag}", measured.unit, repr(measured.std_error))
+        elif "upper-limit" in row.flags and measured.ci95 is not None:
+            yield (f"{tag}_upper_limit", f"{tag} is at most this", measured.unit, repr(float(measured.ci95[1])))
+        elif "lower-bound" in row.flags:
+            yield (f"{tag}_lower_bound", f"{tag} is at least this", measured.unit, _number(row))
 
 
 def _plain(unit: str) -> str:

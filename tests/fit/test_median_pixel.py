@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from scipy.stats import binom
 
-from fullwell.fit.median_pixel import _widest_step, median_pixel_variance
+from fullwell.fit.median_pixel import _widest_step, median_pixel_noise, median_pixel_variance
 
 
 def test_a_few_telegraph_pixels_move_the_mean_but_not_the_median() -> None:
@@ -48,3 +49,26 @@ def test_no_step_between_spreads_of_whole_codes_is_wider_than_is_reckoned(frames
     spreads = spreads[spreads <= (reach - 1) ** 2 * (frames - 1) / 2]
     steps = np.diff(spreads)
     assert all(step <= _widest_step(float(at), frames) for at, step in zip(spreads, steps, strict=False))
+
+
+@pytest.mark.parametrize("step", [1, 16])
+@pytest.mark.parametrize("frames", [2, 3, 4, 5, 6, 8, 16, 32])
+def test_intervals_of_noise_of_about_a_code_and_less_hold(frames: int, step: int) -> None:
+    rng = np.random.default_rng(100 * frames + step)
+    pixels, held, told = 4000, 0, 0
+    for noise in np.geomspace(0.02, 2.0, 60):
+        for spread in (0.2, 5.0):  # levels of nearly one phase, which one is drawn, and of all
+            level = 100.0 + rng.uniform() + rng.normal(0.0, spread, pixels)
+            codes = step * np.rint(level + rng.normal(0.0, noise, (frames, pixels)))
+            median = float(np.median(codes.var(axis=0, ddof=1)))
+            found = median_pixel_noise(median, frames=frames, pixels=pixels, quantization_step=float(step)).noise
+            low, high = found.ci95 or (np.inf, -np.inf)
+            held, told = held + (low <= step * noise <= high), told + 1
+    # a tool that holds 95 % fails once in 10 000 runs: 120 intervals, 102 or fewer
+    assert held > binom.ppf(1e-4, told, 0.95)
+
+
+def test_no_noise_seen_is_not_none_known() -> None:
+    found = median_pixel_noise(0.0, frames=5, pixels=10_000).noise
+    assert found.ci95 is not None
+    assert found.ci95[1] > 0.22  # of five codes of such noise, at the median phase, half the pixels have all alike

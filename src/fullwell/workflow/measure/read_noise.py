@@ -9,7 +9,7 @@ from fullwell.figures.saturation import GRID_LIMITED
 from fullwell.findings import Finding, Severity
 from fullwell.fit.censored import fit_censored_normal, trim_hot_pixels
 from fullwell.fit.legacy.read_noise import legacy_read_noise
-from fullwell.fit.median_pixel import median_pixel_variance
+from fullwell.fit.median_pixel import median_pixel_noise
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.fit.pooling import SharedErrors, mean_of_sites
 from fullwell.fit.read_noise import analogue_read_noise, excess_ratio
@@ -172,9 +172,10 @@ def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
 
 def _tail_rows(bursts: IsoBursts, burst: Burst, plane: PlaneStatistics) -> tuple[Row, ...]:
     """Return the noise of the median pixel, and how far the pixels scatter beyond normal noise (METHOD 3.6)."""
-    median = median_pixel_variance(plane.temporal_variance_median, frames=plane.frames, pixels=plane.n)
     step = bursts.code_step(plane.channel)
-    typical = analogue_read_noise(median, quantization_step=step, spatial_spread_dn=plane.body_spread)
+    typical = median_pixel_noise(
+        plane.temporal_variance_median, frames=plane.frames, pixels=plane.n, quantization_step=step
+    )
     excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row
     n = plane.n * plane.frames

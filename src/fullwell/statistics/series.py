@@ -189,15 +189,19 @@ class PlaneStatistics:
         return max(self.spatial_variance - self.temporal_variance / self.frames, 0.0) ** 0.5
 
     @property
-    def body_spread(self) -> float:
-        """Return `fixed_spread` of the pixels whose codes are among the middle 99 %, if less: without hot ones [DN]."""
-        spread, counts = self.fixed_spread, self.histogram.counts
-        if spread == 0.0:
-            return spread
+    def body_variance(self) -> float:
+        """Return the variance of the codes of the middle 99 %, pixels and frames alike: without hot ones [DN^2]."""
+        counts = self.histogram.counts
         low, high = np.searchsorted(np.cumsum(counts), np.array(_BODY) * counts.sum())
         codes, weights = np.arange(low, high + 1), counts[low : high + 1]
-        variance = np.average((codes - np.average(codes, weights=weights)) ** 2, weights=weights)
-        return min(spread, max(float(variance) - self.temporal_variance, 0.0) ** 0.5)
+        return float(np.average((codes - np.average(codes, weights=weights)) ** 2, weights=weights))
+
+    @property
+    def body_spread(self) -> float:
+        """Return `fixed_spread` of the pixels whose codes are among the middle 99 %, if less: without hot ones [DN]."""
+        if self.fixed_spread == 0.0:
+            return 0.0
+        return min(self.fixed_spread, max(self.body_variance - self.temporal_variance, 0.0) ** 0.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

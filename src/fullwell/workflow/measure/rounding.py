@@ -19,7 +19,16 @@ def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float, *, step: flo
     pixels, leave nothing of the error (METHOD 3.3).
     """
     noise = unrounded_noise(variance_dn2, step=step)
-    return phase_effect(noise, step=step, spread=plane.fixed_spread) / math.sqrt(2.0)
+    return phase_effect(noise, step=step, spread=_spread_dn(plane, step=step)) / math.sqrt(2.0)
+
+
+def _spread_dn(plane: PlaneStatistics, *, step: float = 1.0) -> float:
+    """Return the spread of the pixels' levels before rounding, without hot ones [DN].
+
+    What is rounded has the variance of noise and levels together.
+    """
+    whole, noise = (unrounded_noise(one, step=step) for one in (plane.body_variance, plane.temporal_variance))
+    return math.sqrt(max(whole**2 - noise**2, 0.0))
 
 
 def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> float:
@@ -35,8 +44,8 @@ def phase_aware_spatial_dof(plane: PlaneStatistics, variance_dn2: float, dof: fl
     noise = unrounded_noise(plane.temporal_variance)
     if noise >= NO_EFFECT:
         return dof
-    by_noise = phase_effect(noise, spread=plane.fixed_spread) / plane.frames
-    phase_dn2 = math.hypot(by_noise, pattern_phase_effect(plane.fixed_spread**2, noise=noise)) / math.sqrt(2.0)
+    by_noise = phase_effect(noise, spread=_spread_dn(plane)) / plane.frames
+    phase_dn2 = math.hypot(by_noise, pattern_phase_effect(plane.body_spread**2, noise=noise)) / math.sqrt(2.0)
     least = max(variance_dn2, quantization_variance() / plane.frames)
     return 2.0 * least**2 / (2.0 * least**2 / dof + phase_dn2**2)
 
@@ -45,11 +54,9 @@ def mean_rounding_error_dn(plane: PlaneStatistics) -> float:
     """Return the standard error of a plane's mean from rounding at an unknown phase of the code [DN].
 
     The mean of rounded values swings about the true level with amplitude exp(-2 pi^2 s^2) / pi codes, s^2 the variance
-    of what is rounded over pixels and frames; that amplitude is taken, since one phase is one draw.
+    of what is rounded over pixels and frames, hot pixels aside; that amplitude is taken, since one phase is one draw.
     """
-    noise_dn = unrounded_noise(plane.temporal_variance) if plane.frames > 1 else 0.0
-    spread_dn2 = noise_dn**2 + (plane.fixed_spread**2 if plane.frames > 1 else plane.spatial_variance)
-    return math.exp(-2.0 * math.pi**2 * spread_dn2) / math.pi
+    return math.exp(-2.0 * math.pi**2 * unrounded_noise(plane.body_variance) ** 2) / math.pi
 
 
 def rounding_flags(bursts: IsoBursts, channels: Iterable[str]) -> set[str]:

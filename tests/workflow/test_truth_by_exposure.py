@@ -56,3 +56,15 @@ def test_without_bias_frames_read_noise_is_told_and_judged_without_dark_current(
     assert len(found) == 10
     # Two-sided p of a normal number above 1e-5, for each of fewer than 300 figures.
     assert [one for one in found if abs(one.pull or 0.0) > 4.5] == []
+
+
+def test_noise_of_whole_frames_is_none_of_a_single_frame(tmp_path: Path) -> None:
+    config = simulation(seed=23, camera={"read_noise_frame": 4.0}, study=STUDY)
+    simulated_study(tmp_path / "study", config)
+    results = measure(tmp_path / "study", options=Options(selection=Selection(), workers=1)).results
+    found = [one for one in compared(results.rows, true_values(config)) if one.row.quantity == "k_dark_variance"]
+    assert {one.row.channel for one in found} == {"R", "G1", "G2", "B", "all"}
+    still = {one.value for one in true_values(simulation(seed=23, study=STUDY)) if one.quantity == "k_dark_variance"}
+    assert {one.truth for one in found} == still
+    # Two-sided p of a normal number above 1e-5.
+    assert [one for one in found if abs(one.pull or 0.0) > 4.5] == []

@@ -107,7 +107,9 @@ class SensorParameters:
         """Signal at which the higher of two amplifications ends [DN]."""
         return (self.white_level - max(self.black_level)) / (self.dual_conversion_ratio or 1.0)
 
-    def dark_noise_at(self, iso: float, exposure_s: float, temperature_c: float | None = None) -> float:
+    def dark_noise_at(
+        self, iso: float, exposure_s: float, temperature_c: float | None = None, *, of_frames: bool = True
+    ) -> float:
         """Return the temporal noise of a pixel in the dark before quantization [e-].
 
         Noise that rows, columns or the frame have in common is part of it: it moves a pixel from frame to frame as
@@ -121,6 +123,8 @@ class SensorParameters:
             Exposure, for the shot noise of the dark current [s].
         temperature_c
             Temperature, likewise; None for that of the reference [deg C].
+        of_frames
+            Whether that of the frame is part of it: it is none of the spread within one frame.
 
         Examples
         --------
@@ -141,7 +145,8 @@ class SensorParameters:
         5.0
 
         """
-        before = self.read_noise**2 + self.read_noise_row**2 + self.read_noise_column**2 + self.read_noise_frame**2
+        before = self.read_noise**2 + self.read_noise_row**2 + self.read_noise_column**2
+        before += self.read_noise_frame**2 * of_frames
         before += self.rts_pixels * self.rts_amplitude**2
         after = self.read_noise_post / self.system_gain_at(iso) / (self.dual_conversion_ratio or 1.0)
         return math.sqrt(before + self.mean_dark_current(temperature_c) * exposure_s + after * after)

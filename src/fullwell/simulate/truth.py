@@ -154,8 +154,8 @@ def true_values(config: SimulationConfig) -> tuple[TrueValue, ...]:
     """Return the true value of every figure a measurement of the study may report, in every unit it may have.
 
     Temporal noise is that of one pixel without quantization, whatever it shares with its row, column or frame
-    included. The noise model's coefficients are those of a single frame, with DSNU and quantization, relative to the
-    white level, as the rows define them.
+    included. The noise model's coefficients, and SNR and range by them, are those within a single frame, with DSNU and
+    quantization but no noise of whole frames, relative to the white level, as the rows define them.
     """
     named = [*enumerate(channels(config.sensor.cfa))]
     if len(named) > 1:
@@ -279,7 +279,7 @@ def _response(place: _Place) -> Iterator[TrueValue]:
     ks = noise_coefficients(
         system_gain=place.system_gain,
         digital_maximum=float(sensor.white_level),
-        dark_noise=sensor.dark_noise_at(place.iso, 0.0),
+        dark_noise=sensor.dark_noise_at(place.iso, 0.0, of_frames=False),
         prnu=prnu,
         offset_spread=parts["dsnu"],
     )
@@ -296,7 +296,8 @@ def _range(place: _Place) -> Iterator[TrueValue]:
     fixed = sensor.prnu**2 + sensor.prnu_row**2 + sensor.prnu_column**2
     electrons = sensor.saturation_at(place.iso, place.site)
     level = electrons * system_gain
-    dark = (sensor.dark_noise_at(place.iso, 0.0) * system_gain) ** 2 + (parts["dsnu"] * system_gain) ** 2 + 1.0 / 12.0
+    in_frame = math.hypot(sensor.dark_noise_at(place.iso, 0.0, of_frames=False), parts["dsnu"])
+    dark = (in_frame * system_gain) ** 2 + 1.0 / 12.0
     snr = float(signal_to_noise(level, dark=dark, shot=system_gain, fixed_pattern=fixed))
     yield place.row("saturation_capacity", ELECTRON, electrons)
     yield place.row("saturation_capacity", DN, level)

@@ -196,7 +196,7 @@ def _true_lines(
         signal = np.geomspace(min(own), max(own), 64)
         offsets = sensor.dsnu**2 + sensor.dsnu_row**2 + sensor.dsnu_column**2
         responses = sensor.prnu**2 + sensor.prnu_row**2 + sensor.prnu_column**2
-        dark = sensor.dark_noise_at(iso, 0.0) ** 2 + offsets * single_frame
+        dark = sensor.dark_noise_at(iso, 0.0, of_frames=False) ** 2 + offsets * single_frame
         variance = dark * system_gain**2 + 1.0 / 12.0 + system_gain * signal + responses * signal**2 * single_frame
         for at, value in zip(signal.tolist(), variance.tolist(), strict=True):
             lines.append(

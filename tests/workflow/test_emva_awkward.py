@@ -27,8 +27,9 @@ def campaign(
     stack: int = 0,
     efficiency: float = 0.6,
     light: float = 1.0,
+    black: float = 60.0,
 ) -> Path:
-    """Take pairs at 1 ms per 1000 electrons, a share of which arrives, 12 bit, black 60 DN, noise 2.4 electrons."""
+    """Take pairs at 1 ms per 1000 electrons, a share of which arrives, 12 bit, noise 2.4 electrons."""
     rng = np.random.default_rng(7)
     lines: list[str] = []
     folder.mkdir()
@@ -37,7 +38,7 @@ def campaign(
         lines.append(head)
         for number in range(frames):
             charge = rng.poisson(mean, (SIDE, SIDE)) + rng.normal(0.0, 2.4, (SIDE, SIDE))
-            codes = np.rint(change(system_gain * charge + 60.0)).clip(0, 4095).astype(np.uint16)
+            codes = np.rint(change(system_gain * charge + black)).clip(0, 4095).astype(np.uint16)
             Image.fromarray(codes).save(folder / f"{name}{number}.png")
             lines.append(f"i {name}{number}.png")
 
@@ -97,6 +98,32 @@ def test_limits_are_told_as_limits(tmp_path: Path) -> None:
     bounds = [row for row in results.rows if "lower-bound" in row.flags and row.method == LINEAR]
     assert {"saturation_capacity", "snr_max", "dynamic_range"} <= {row.quantity for row in bounds}
     assert {(row.measured.std_error, row.measured.ci95) for row in bounds} == {(None, None)}
+
+
+@pytest.mark.parametrize(
+    ("made", "flag", "untold"),
+    [
+        (
+            {"black": 0.0},
+            "black-clipped",
+            {"dark_signal", "dark_noise", "sensitivity_threshold", "dynamic_range", "dark_current", "dsnu", "dsnu_row"},
+        ),
+        ({"system_gain": 0.1}, "quantization-limited", {"dark_current", "dark_current_from_variance", "dsnu"}),
+    ],
+)
+def test_what_dark_frames_cannot_tell_has_no_error(tmp_path: Path, made: dict, flag: str, untold: set[str]) -> None:
+    """Black at 0 DN cuts off half of the noise of 0.96 DN; noise of 0.24 DN sticks to the code of 60 DN."""
+    results = measured(campaign(tmp_path / "cut", stack=4, **made))
+    for quantity in untold:
+        for row in rows(results, quantity):
+            assert flag in row.flags, row
+            assert (row.measured.std_error, row.measured.ci95) == (None, None), row
+    for quantity in ("system_gain", "prnu"):
+        assert not any(flag in row.flags for row in rows(results, quantity))
+    whole = measured(campaign(tmp_path / "whole", stack=4))
+    told = [row for name in untold for row in rows(whole, name)]
+    assert not any(flag in row.flags for row in told)
+    assert all(row.measured.ci95 is not None or "lower-bound" in row.flags for row in told)
 
 
 def test_a_filter_in_the_camera_marks_the_figures_of_the_profile_too(tmp_path: Path) -> None:

@@ -98,7 +98,8 @@ def measure_iso(
     usable, said_of_flats = lit_flats(usable)
     said = Section(findings=(*unusable, *said_of_flats, *unlit_findings(usable)))
     with one_algebra_thread(), ThreadPoolExecutor(1) as pool:
-        evaluate = partial(measure_emva, study, replace(bursts, flats=usable.flats), whites, profiles=profiles)
+        every = replace(bursts, flats=usable.flats, black_clipped=usable.black_clipped)
+        evaluate = partial(measure_emva, study, every, whites, profiles=profiles)
         beside = pool.submit(evaluate) if profiles and workers > 1 else None
         measurement, processing = _measured(study, usable, whites, workers, maps_made)
         parts = [said, measurement.section]

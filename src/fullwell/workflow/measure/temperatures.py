@@ -77,7 +77,8 @@ def _at_another(study: Study, bursts: IsoBursts, own: Sequence[Row], *, profiles
     in_dn = tuple(row for row in dark.rows if RECOMMENDED in row.flags)
     section = Section(rows=(*in_dn, *rows_in_electrons(in_dn, own).rows), findings=(*said, *dark.findings))
     if profiles and bursts.flats:
-        emva = measure_emva(study, bursts, whites, profiles=profiles)
+        every = replace(bursts, black_clipped=usable.black_clipped)
+        emva = measure_emva(study, every, whites, profiles=profiles)
         marked = replace(emva, rows=with_recommendations(section.rows, emva.rows))
         section = joined((section, marked))
     there = f"{bursts.label} and {bursts.temperature_c:g} °C"

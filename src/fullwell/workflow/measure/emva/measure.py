@@ -18,6 +18,7 @@ from fullwell.workflow.measure.emva.spatial_curves import spatial_curves
 from fullwell.workflow.measure.emva.spatial_rows import filtered_rows, package_spatial_rows
 from fullwell.workflow.measure.emva.stacks import Stacks, averages, choose_stacks, pattern_of
 from fullwell.workflow.measure.emva.steps import sweep_findings, temperature_findings
+from fullwell.workflow.measure.emva.untold import with_untold
 from fullwell.workflow.measure.emva.writer import LINEAR, PACKAGE
 from fullwell.workflow.measure.section import Section, joined
 from fullwell.workflow.measure.white_level import WhiteLevel
@@ -87,8 +88,11 @@ def _measured(study: Study, bursts: IsoBursts, whites: Sequence[WhiteLevel], *, 
             continue
         half = fits.saturation.signal / 2.0
         stacks = choose_stacks(bursts, white.channel, half_saturation=half)
-        of_profile = _linear if profile == LINEAR else _package
-        sections.append(of_profile(study, bursts, white.channel, fits, stacks))
+        if profile == PACKAGE:
+            sections.append(_package(study, bursts, white.channel, fits, stacks))
+            continue
+        found = _linear(study, bursts, white.channel, fits, stacks)
+        sections.append(replace(found, rows=with_untold(found.rows, bursts, white.channel, fits)))
     return joined(sections)
 
 

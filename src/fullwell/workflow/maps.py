@@ -335,7 +335,7 @@ def _save(
             {
                 "name": name,
                 "shape": list(one.values.shape),
-                "dtype": one.values.dtype.name,
+                "dtype": "str" if one.values.dtype.kind == "U" else one.values.dtype.name,
                 "unit": one.unit,
                 "description": one.description,
             }

@@ -4,6 +4,7 @@ import base64
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from itertools import pairwise
 
 import pytest
 from synthetic_results import synthetic_pictures
@@ -24,13 +25,19 @@ class Outline(HTMLParser):
         self.links: list[str] = []
         self.anchors: set[str] = set()
         self.pictures: list[dict[str, str | None]] = []
+        self.headings: list[int] = []
+        self.sections: list[dict[str, str | None]] = []
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
         values = dict(attrs)
         if values.get("id"):
             self.anchors.add(values["id"])
-        if tag == "a":
+        if re.fullmatch("h[1-6]", tag):
+            self.headings.append(int(tag[1]))
+        elif tag == "section":
+            self.sections.append(values)
+        elif tag == "a":
             self.links.append(values["href"])
         elif tag == "img":
             self.pictures.append(values)
@@ -84,6 +91,14 @@ def test_every_measurement_has_its_section(outline):
         " black-level lens-shading nonuniformity differences exposure-series drift published rows inventory definitions"
     )
     assert set(wanted.split()) <= outline.anchors
+
+
+def test_headings_skip_no_level_and_every_section_is_named_by_its_own(outline):
+    steps = [(above, below) for above, below in pairwise(outline.headings) if below > above + 1]
+    assert outline.headings[0] == 1
+    assert not steps
+    for section in outline.sections:
+        assert section["aria-labelledby"] in outline.anchors
 
 
 def test_every_quantity_shown_is_defined(results, outline):

@@ -215,6 +215,14 @@ def test_the_page_shows_the_same_chapter(campaign, sheet):
     assert page.count("Spectrogram DSNU, horizontal, ISO 200") >= 1
 
 
+def test_the_page_tells_once_what_a_flag_means_that_stands_beside_others(campaign):
+    of_few = {"system_gain": ("model-misfit",), "saturation_capacity": ("lower-bound", "model-misfit")}
+    rows = tuple(replace(row, flags=(*row.flags, *of_few.get(row.quantity, ()))) for row in campaign.rows)
+    section = emva_section(build_datasheet(replace(campaign, rows=rows)))
+    note = section.parts[0].tables[0].note
+    assert note.count("model-misfit: ") == note.count("lower-bound: ") == 1
+
+
 def test_results_without_a_profile_have_no_datasheet(results):
     assert build_datasheet(results) is None
 

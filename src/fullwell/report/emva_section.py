@@ -78,8 +78,8 @@ def _lines(channels: Sequence[tuple[ItemGroup, ...]]) -> Iterator[tuple[str, ...
 
 
 def _notes(point: OperationPoint) -> Iterator[str]:
-    """Yield why figures are missing or limits, each reason once."""
-    return iter(dict.fromkeys(text for channel in point.channels for _, text in channel.notes))
+    """Yield why figures are missing, and what the flags of others mean, each once."""
+    return iter(dict.fromkeys(text for channel in point.channels for text in channel.reasons))
 
 
 def _general(sheet: Datasheet) -> Part:

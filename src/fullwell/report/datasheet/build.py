@@ -10,7 +10,16 @@ from fullwell.raw.cfa import channel_rank
 from fullwell.report.datasheet.contents import ChannelSummary, Datasheet, FigureLine, OperationPoint
 from fullwell.report.datasheet.facts import basic_facts, equipment_facts, point_facts, record, text_of
 from fullwell.report.datasheet.graphs import Curves, graphs_of, small_graphs
-from fullwell.report.datasheet.items import PACKAGE_LINEARITY, SPATIAL, TEMPLATE, Group, error_text, item_groups, row_of
+from fullwell.report.datasheet.items import (
+    PACKAGE_LINEARITY,
+    SPATIAL,
+    TEMPLATE,
+    Entry,
+    Group,
+    error_text,
+    item_groups,
+    row_of,
+)
 from fullwell.report.datasheet.missing import missing_items, reason_of
 from fullwell.report.datasheet.tables import THINNING
 from fullwell.report.numbers import MISSING, show, show_interval, show_iso, show_plain, show_unit, show_value
@@ -114,6 +123,9 @@ def _channel(channel: str, rows: Sequence[Row], profile: str) -> ChannelSummary:
         groups=item_groups(template, own, marks),
         beside=item_groups(SPATIAL, beside, {}) if beside else (),
         notes=notes,
+        reasons=tuple(
+            dict.fromkeys(text for group in template for entry in group.entries for text in _said(entry, own))
+        ),
         figures=tuple(_figure(row) for row in sorted(rows, key=_order)),
     )
 
@@ -130,12 +142,18 @@ def _notes(template: Sequence[Group], rows: Sequence[Row]) -> tuple[dict[str, st
     marks: dict[str, str] = {}
     for group in template:
         for entry in group.entries:
-            row = row_of(entry, rows)
-            said = reason_of(entry.quantity) if row is None else " ".join(filter(None, map(_flag, row.flags)))
+            said = " ".join(_said(entry, rows))
             if said:
                 mark = texts.setdefault(said, _MARKS[len(texts) % len(_MARKS)])
                 marks[entry.quantity] = mark
     return marks, tuple((mark, text) for text, mark in texts.items())
+
+
+def _said(entry: Entry, rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return why a figure is missing, or what its flags say."""
+    row = row_of(entry, rows)
+    texts = (reason_of(entry.quantity),) if row is None else map(_flag, row.flags)
+    return tuple(filter(None, texts))
 
 
 def _flag(name: str) -> str:

@@ -124,6 +124,8 @@ class ChannelSummary:
         The same figures with the attenuation of the high-pass divided out; empty for other profiles.
     notes
         Footnotes: mark and text.
+    reasons
+        What the footnotes say, flag by flag, each once.
     figures
         Every row in full, for the detail pages.
 
@@ -133,6 +135,7 @@ class ChannelSummary:
     groups: tuple[ItemGroup, ...]
     beside: tuple[ItemGroup, ...]
     notes: tuple[tuple[str, str], ...]
+    reasons: tuple[str, ...]
     figures: tuple[FigureLine, ...]
 
 

@@ -145,6 +145,8 @@ class PlaneStatistics:
         First five frames; None for a single frame.
     pair
         First two frames; None where nobody asked for them.
+    code_step
+        Distance of its codes q [DN]: 1 where nobody looked.
 
     """
 
@@ -163,6 +165,7 @@ class PlaneStatistics:
     histogram: Histogram
     legacy: LegacyBurst | None
     pair: PairStatistics | None = None
+    code_step: float = 1.0
 
     @property
     def n(self) -> int:

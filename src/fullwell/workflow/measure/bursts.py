@@ -1,6 +1,6 @@
 """What the measurements read: the statistics of every series, grouped by ISO."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from fullwell.frames.series import MEASURED_KINDS, Kind, Series, SeriesKey, Study
@@ -53,6 +53,12 @@ class Burst:
         """Return the burst without its sums and the middles of its first frames."""
         return replace(self, sums=None, first=None if self.first is None else replace(self.first, middles=None))
 
+    def with_code_steps(self, steps: Sequence[float]) -> "Burst":
+        """Return the burst with the distances of its codes by channel [DN]."""
+        planes = zip(self.statistics.planes, steps, strict=True)
+        stepped = tuple(replace(plane, code_step=step) for plane, step in planes)
+        return replace(self, statistics=replace(self.statistics, planes=stepped))
+
     def plane(self, channel: str) -> PlaneStatistics:
         """Return the statistics of one channel."""
         return next(plane for plane in self.statistics.planes if plane.channel == channel)
@@ -77,8 +83,8 @@ class Burst:
 class IsoBursts:
     """Every burst at one ISO and temperature, each group by ascending exposure.
 
-    ``black_clipped`` names channels cut at black; ``code_steps`` are the distances of the codes by channel [DN];
-    ``elsewhere`` are the bursts of the same ISO at other temperatures, the coldest first.
+    ``black_clipped`` names channels cut at black; ``elsewhere`` are the bursts of the same ISO at other temperatures,
+    the coldest first.
     """
 
     iso: float | None
@@ -88,7 +94,6 @@ class IsoBursts:
     darks: tuple[Burst, ...]
     biases: tuple[Burst, ...]
     black_clipped: tuple[str, ...] = ()
-    code_steps: tuple[float, ...] = ()
     elsewhere: "tuple[IsoBursts, ...]" = ()
 
     @property
@@ -100,10 +105,6 @@ class IsoBursts:
     def unlit(self) -> tuple[Burst, ...]:
         """Return the bias and dark bursts together, by ascending exposure."""
         return tuple(sorted((*self.biases, *self.darks), key=lambda burst: burst.exposure_s))
-
-    def code_step(self, channel: str) -> float:
-        """Return the distance of the codes of a channel, 1 where nobody looked [DN]."""
-        return self.code_steps[self.channels.index(channel)] if self.code_steps else 1.0
 
     @property
     def label(self) -> str:
@@ -180,10 +181,17 @@ def _together(iso: float | None, every: Sequence[Burst]) -> IsoBursts:
 
 def without_pixels(bursts: IsoBursts) -> IsoBursts:
     """Return bursts that hold no pixels, so that these can be let go."""
-    flats, darks, biases = (
-        tuple(burst.without_pixels() for burst in group) for group in (bursts.flats, bursts.darks, bursts.biases)
-    )
-    elsewhere = tuple(without_pixels(other) for other in bursts.elsewhere)
+    return _each(bursts, Burst.without_pixels)
+
+
+def with_code_steps(bursts: IsoBursts, steps: Sequence[float]) -> IsoBursts:
+    """Return bursts that know the distances of their codes by channel [DN]."""
+    return _each(bursts, lambda burst: burst.with_code_steps(steps))
+
+
+def _each(bursts: IsoBursts, change: Callable[[Burst], Burst]) -> IsoBursts:
+    flats, darks, biases = (tuple(map(change, group)) for group in (bursts.flats, bursts.darks, bursts.biases))
+    elsewhere = tuple(_each(other, change) for other in bursts.elsewhere)
     return replace(bursts, flats=flats, darks=darks, biases=biases, elsewhere=elsewhere)
 
 

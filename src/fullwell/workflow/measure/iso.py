@@ -9,7 +9,7 @@ from fullwell.fit.nonuniformity import Nonuniformity
 from fullwell.frames.series import Study
 from fullwell.units import Measured
 from fullwell.workflow.executor import one_algebra_thread
-from fullwell.workflow.measure.bursts import IsoBursts, without_pixels
+from fullwell.workflow.measure.bursts import IsoBursts, with_code_steps, without_pixels
 from fullwell.workflow.measure.dark_current import measure_dark_current
 from fullwell.workflow.measure.dark_noise import measure_dark_noise
 from fullwell.workflow.measure.dark_variance import measure_dark_variance
@@ -114,7 +114,7 @@ def _measured(
     study: Study, bursts: IsoBursts, whites: tuple[WhiteLevel, ...], workers: int, maps_made: MapsMade | None
 ) -> tuple[IsoMeasurement, Processing]:
     uses = code_uses(bursts)
-    bursts = replace(bursts, code_steps=code_steps(uses))
+    bursts = with_code_steps(bursts, code_steps(uses))
     again = read_again(bursts, whites, workers=workers)
     levels_section, levels = measure_levels(study, bursts, whites, masked=again.masked)
     noise_section = measure_read_noise(bursts)

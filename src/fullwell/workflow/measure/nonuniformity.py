@@ -141,7 +141,7 @@ def _dark_stack(bursts: IsoBursts, channel: str) -> Nonuniformity | None:
     burst = darkest_burst(bursts)
     if burst is None or channel in bursts.black_clipped:
         return None
-    return dark_pattern(bursts, burst, channel)[0]
+    return dark_pattern(burst, channel)[0]
 
 
 def _map_rows(
@@ -189,7 +189,7 @@ def _per_exposure(bursts: IsoBursts, channel: str, shortest: Burst) -> Iterable[
     write = RowWriter(bursts=bursts).root_and_variance
     for burst in bursts.darks:
         if burst.frames > 1 and burst is not shortest:
-            found, flags = dark_pattern(bursts, burst, channel)
+            found, flags = dark_pattern(burst, channel)
             yield from write(
                 "dsnu",
                 channel,

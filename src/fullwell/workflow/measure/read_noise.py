@@ -93,14 +93,12 @@ def _channel_noise(bursts: IsoBursts, plane: PlaneStatistics) -> ChannelNoise:
         exposures_s = [burst.exposure_s for burst in bursts.darks if burst.frames > 1]
         at_zero = _without_exposure(exposures_s, [total_temporal_variance(dark) for dark in darks])
         total, mixed = (at_zero, ()) if at_zero is not None else (total, ("mixed",))
-    step = bursts.code_step(plane.channel)
-    noise = analogue_read_noise(
-        total, quantization_step=step, spatial_spread_dn=plane.body_spread, n=plane.n * plane.frames
-    )
+    n = plane.n * plane.frames
+    noise = analogue_read_noise(total, quantization_step=plane.code_step, spatial_spread_dn=plane.body_spread, n=n)
     return ChannelNoise(
         channel=plane.channel,
         variance=noise.variance,
-        shared=_shared_errors(plane, step=step),
+        shared=_shared_errors(plane),
         method="temporal-variance",
         flags=(*noise.flags, *mixed),
         source="METHOD 3.1",
@@ -126,7 +124,7 @@ def _censored_noise(plane: PlaneStatistics) -> ChannelNoise:
     )
 
 
-def _shared_errors(plane: PlaneStatistics, *, step: float) -> SharedErrors:
+def _shared_errors(plane: PlaneStatistics) -> SharedErrors:
     """Return the errors by noise of whole frames, rows and columns, and by the unknown phase of rounding."""
     parts = variance_components(plane.mean_squares, plane.shape)
     frames, rows, columns = plane.shape
@@ -136,7 +134,7 @@ def _shared_errors(plane: PlaneStatistics, *, step: float) -> SharedErrors:
         column=parts.th.value,
         dof=(frames - 1, (frames - 1) * (rows - 1), (frames - 1) * (columns - 1)),
     )
-    return replace(lines, rounding=(rounding_error_dn2(plane, plane.temporal_variance, step=step), None))
+    return replace(lines, rounding=(rounding_error_dn2(plane, plane.temporal_variance), None))
 
 
 def total_temporal_variance(plane: PlaneStatistics) -> Measured:
@@ -172,9 +170,8 @@ def noise_rows(bursts: IsoBursts, noise: ChannelNoise) -> tuple[Row, Row]:
 
 def _tail_rows(bursts: IsoBursts, burst: Burst, plane: PlaneStatistics) -> tuple[Row, ...]:
     """Return the noise of the median pixel, and how far the pixels scatter beyond normal noise (METHOD 3.6)."""
-    step = bursts.code_step(plane.channel)
     typical = median_pixel_noise(
-        plane.temporal_variance_median, frames=plane.frames, pixels=plane.n, quantization_step=step
+        plane.temporal_variance_median, frames=plane.frames, pixels=plane.n, quantization_step=plane.code_step
     )
     excess = excess_ratio(plane.temporal_variance_scatter, plane.temporal_variance, frames=plane.frames, pixels=plane.n)
     write = RowWriter(bursts=bursts).row

@@ -12,21 +12,22 @@ from fullwell.workflow.measure.bursts import IsoBursts
 NOTABLE_SHIFT_DN = 0.01
 
 
-def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float, *, step: float = 1.0) -> float:
+def rounding_error_dn2(plane: PlaneStatistics, variance_dn2: float) -> float:
     """Return one standard error of a temporal variance from the unknown phase of its level within a code [DN^2].
 
-    ``step`` is the distance of two codes [DN]. Noise above about half of it, or levels that differ by as much between
-    pixels, leave nothing of the error (METHOD 3.3).
+    Noise above about half the distance of two codes, or levels that differ by as much between pixels, leave nothing
+    of the error (METHOD 3.3).
     """
-    noise = unrounded_noise(variance_dn2, step=step)
-    return phase_effect(noise, step=step, spread=_spread_dn(plane, step=step)) / math.sqrt(2.0)
+    noise = unrounded_noise(variance_dn2, step=plane.code_step)
+    return phase_effect(noise, step=plane.code_step, spread=_spread_dn(plane)) / math.sqrt(2.0)
 
 
-def _spread_dn(plane: PlaneStatistics, *, step: float = 1.0) -> float:
+def _spread_dn(plane: PlaneStatistics) -> float:
     """Return the spread of the pixels' levels before rounding, without hot ones [DN].
 
     What is rounded has the variance of noise and levels together.
     """
+    step = plane.code_step
     whole, noise = (unrounded_noise(one, step=step) for one in (plane.body_variance, plane.temporal_variance))
     return math.sqrt(max(whole**2 - noise**2, 0.0))
 
@@ -41,12 +42,14 @@ def phase_aware_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> 
 
 def phase_aware_spatial_dof(plane: PlaneStatistics, variance_dn2: float, dof: float) -> float:
     """Return the degrees of freedom of a spatial variance, lowered by what the unknown phase makes of the pattern."""
-    noise = unrounded_noise(plane.temporal_variance)
-    if noise >= NO_EFFECT:
+    step = plane.code_step
+    noise = unrounded_noise(plane.temporal_variance, step=step)
+    if noise >= NO_EFFECT * step:
         return dof
-    by_noise = phase_effect(noise, spread=_spread_dn(plane)) / plane.frames
-    phase_dn2 = math.hypot(by_noise, pattern_phase_effect(plane.body_spread**2, noise=noise)) / math.sqrt(2.0)
-    least = max(variance_dn2, quantization_variance() / plane.frames)
+    by_noise = phase_effect(noise, step=step, spread=_spread_dn(plane)) / plane.frames
+    by_pattern = pattern_phase_effect(plane.body_spread**2, noise=noise, step=step)
+    phase_dn2 = math.hypot(by_noise, by_pattern) / math.sqrt(2.0)
+    least = max(variance_dn2, quantization_variance(step) / plane.frames)
     return 2.0 * least**2 / (2.0 * least**2 / dof + phase_dn2**2)
 
 
@@ -56,7 +59,9 @@ def mean_rounding_error_dn(plane: PlaneStatistics) -> float:
     The mean of rounded values swings about the true level with amplitude exp(-2 pi^2 s^2) / pi codes, s^2 the variance
     of what is rounded over pixels and frames, hot pixels aside; that amplitude is taken, since one phase is one draw.
     """
-    return math.exp(-2.0 * math.pi**2 * unrounded_noise(plane.body_variance) ** 2) / math.pi
+    step = plane.code_step
+    noise = unrounded_noise(plane.body_variance, step=step) / step
+    return step * math.exp(-2.0 * math.pi**2 * noise**2) / math.pi
 
 
 def rounding_flags(bursts: IsoBursts, channels: Iterable[str]) -> set[str]:

@@ -33,6 +33,7 @@ class NoiseModel:
     coefficients: NDArray[np.float64]
     covariance: NDArray[np.float64]
     dof: float | None
+    flags: tuple[str, ...] = ()
 
 
 def measure_range(
@@ -88,7 +89,12 @@ def _brightest(signal_dn: NDArray[np.float64]) -> NDArray[np.bool_]:
 def _noise_model(transfer: ChannelTransfer, models: Sequence[ChannelModel]) -> NoiseModel:
     for model in models:
         if model.channel == transfer.channel:
-            return NoiseModel(coefficients=model.coefficients, covariance=model.covariance, dof=model.dof)
+            return NoiseModel(
+                coefficients=model.coefficients,
+                covariance=model.covariance,
+                dof=model.dof,
+                flags=("quantization-limited",) if model.only_an_interval else (),
+            )
     if transfer.fit is None:
         raise ValueError("a noise model needs a photon-transfer fit")
     coefficients, covariance = transfer.fit.single_frame()
@@ -149,7 +155,7 @@ def ratio_rows(
                     measured,
                     source="METHOD 7",
                     snr_threshold=threshold,
-                    flags=flags,
+                    flags=(*flags, *model.flags),
                     recommended=True,
                 )
                 for measured in (found.decibel, found.stops, found.plain)

@@ -26,7 +26,7 @@ from fullwell.workflow.measure.bursts import IsoBursts
 from fullwell.workflow.measure.levels import ChannelLevels
 from fullwell.workflow.measure.nonuniformity import ChannelPattern
 from fullwell.workflow.measure.photon_transfer import ChannelTransfer
-from fullwell.workflow.measure.rounding import phase_aware_dof, phase_aware_spatial_dof
+from fullwell.workflow.measure.rounding import only_an_interval, phase_aware_dof, phase_aware_spatial_dof
 from fullwell.workflow.measure.section import RowWriter, Section
 from fullwell.workflow.measure.transfer_points import TransferPoint, admitted_tiles, pooled_dof
 from fullwell.workflow.measure.unlit import line_noise
@@ -45,7 +45,8 @@ class ChannelModel:
 
     ``fit_covariance`` is that of the fit alone, without what a sample of few rows and columns adds; the latter is
     ``shared`` (by A, B and C), since channels share patterns of rows and columns. ``rounding_limited`` says that A is
-    only known to the unknown phase of rounding, which channels have in common.
+    only known to the unknown phase of rounding, which channels have in common; ``only_an_interval``, that the unlit
+    bursts tell no more of their noise.
     """
 
     channel: str
@@ -55,6 +56,7 @@ class ChannelModel:
     dof: float | None
     misfit: bool
     rounding_limited: bool
+    only_an_interval: bool
     shared: tuple[SharedErrors, SharedErrors, SharedErrors]
     n: int
 
@@ -113,7 +115,7 @@ def measure_noise_coefficients(
     for level, transfer, pattern in zip(levels, transfers, patterns, strict=True):
         if transfer.fit is None or level.digital_maximum_dn is None or level.black is None:
             continue
-        model = _model(level, transfer, lines=_Lines.of(bursts, pattern))
+        model = _model(bursts, level, transfer, lines=_Lines.of(bursts, pattern))
         if model is None:
             continue
         ks = k_coefficients(
@@ -127,15 +129,17 @@ def measure_noise_coefficients(
         )
         models.append(model)
         fitted.append(_variances(ks, model))
-        flags = _flags(misfit=model.misfit, identified=level.black_identified)
+        flags = _flags([model], identified=level.black_identified)
         rows += _rows(bursts, level.channel, fitted[-1], n=model.n, flags=flags)
     rows += _pooled(bursts, levels, models, fitted, black=black)
     return Section(rows=tuple(rows)), tuple(models)
 
 
-def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) -> ChannelModel | None:
+def _model(bursts: IsoBursts, level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) -> ChannelModel | None:
     chosen = [point for point, good in zip(transfer.points, transfer.on_curve, strict=True) if good]
-    pooled = [one for point in chosen if (one := _pool(point, level, lines=lines)) is not None]
+    unlit = [point.burst.plane(level.channel) for point in chosen if point.burst in bursts.unlit]
+    tried = (_pool(point, level, lines=lines, sharing=max(2 * len(unlit), 1)) for point in chosen)
+    pooled = [one for one in tried if one is not None]
     if len(pooled) < 3:
         return None
     plane = chosen[-1].burst.plane(level.channel)
@@ -161,6 +165,7 @@ def _model(level: ChannelLevels, transfer: ChannelTransfer, *, lines: _Lines) ->
         dof=fit.dof,
         misfit=fit.misfit,
         rounding_limited=any(one.rounding_limited for one in pooled),
+        only_an_interval=any(only_an_interval(plane) for plane in unlit),
         shared=by_lines,
         n=sum(one.n for one in pooled),
     )
@@ -185,7 +190,8 @@ class _PooledBurst:
         return self.temporal_dof < 0.25 * self.n
 
 
-def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines) -> _PooledBurst | None:
+def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines, sharing: int) -> _PooledBurst | None:
+    """Pool the tiles of a burst; ``sharing`` variances of unlit bursts, two of each, err by rounding together."""
     plane = point.burst.plane(level.channel)
     tiles = plane.tiles
     chosen = admitted_tiles(plane, level.white_dn) & (tiles.spatial_dof > 0)
@@ -208,10 +214,12 @@ def _pool(point: TransferPoint, level: ChannelLevels, *, lines: _Lines) -> _Pool
         signal_dn=float((pixels * signal).sum() / pixels.sum()),
         mean_square_dn2=float((pixels * signal**2).sum() / pixels.sum()),
         temporal_dn2=temporal_dn2,
-        temporal_dof=phase_aware_dof(plane, temporal_dn2, pooled_dof(temporal_dof, tiles.temporal_variance[chosen])),
+        temporal_dof=phase_aware_dof(
+            plane, temporal_dn2, pooled_dof(temporal_dof, tiles.temporal_variance[chosen]), sharing=sharing
+        ),
         spatial_dn2=pooled_spatial_dn2,
         spatial_dof=phase_aware_spatial_dof(
-            plane, pooled_spatial_dn2, pooled_dof(spatial_dof, tiles.spatial_variance[chosen])
+            plane, pooled_spatial_dn2, pooled_dof(spatial_dof, tiles.spatial_variance[chosen]), sharing=sharing
         ),
         frames=plane.frames,
         n=int(pixels.sum()) * plane.frames,
@@ -318,9 +326,12 @@ def _rows(
     )
 
 
-def _flags(*, misfit: bool, identified: bool, differ: Collection[str] = ()) -> Mapping[str, set[str]]:
+def _flags(models: Sequence[ChannelModel], *, identified: bool, differ: Collection[str] = ()) -> Mapping[str, set[str]]:
     """Return the flags of each coefficient."""
+    misfit = any(one.misfit for one in models)
     flags = {name: {"model-misfit"} if misfit else set[str]() for name in _NAMES}
+    if any(one.only_an_interval for one in models):
+        flags["k_dark"].add("quantization-limited")
     if not identified:
         flags["k_dark"].add("offset-not-identified")
     for name in differ:
@@ -350,7 +361,7 @@ def _pooled(
     if any(one.rounding_limited for one in models):
         pooled[0] = (mean_sharing_errors(parts[0]), pooled[0][1])
     flags = _flags(
-        misfit=any(one.misfit for one in models),
+        models,
         identified=all(one.black_identified for one in levels),
         differ=[name for name, (_, p_value) in zip(_NAMES, pooled, strict=True) if p_value < SIGNIFICANCE],
     )

@@ -104,9 +104,7 @@ def test_T6_intervals_cover_at_the_boundary(chart, k_fpn):  # noqa: N802 - METHO
     fit = _fit_many(signal, variance)
     intervals = np.array(
         [
-            k_coefficients(
-                fit.coefficients[one], fit.covariance[one], digital_maximum=16383.0, convention="white level"
-            ).k_fpn.ci95
+            k_coefficients(fit.coefficients[one], fit.covariance[one], digital_maximum=16383.0).k_fpn.ci95
             for one in range(sets)
         ]
     )
@@ -313,10 +311,7 @@ def test_error_of_the_offset_widens_k_dark_alone(chart):
     camera = chart()
     fit = fit_photon_transfer(camera.signal_dn, camera.variance_dn2, N - 1, n=N)
     known, guessed = (
-        k_coefficients(
-            *fit.single_frame(), digital_maximum=16383.0, convention="white level", offset_std_error_dn=error
-        )
-        for error in (0.0, 0.29)
+        k_coefficients(*fit.single_frame(), digital_maximum=16383.0, offset_std_error_dn=error) for error in (0.0, 0.29)
     )
     by_offset = dark_sensitivity_to_offset(fit.coefficients) * 0.29 * known.k_dark.value
     assert guessed.k_dark.std_error == pytest.approx(np.hypot(known.k_dark.std_error, by_offset))
@@ -334,7 +329,6 @@ def test_k_dark_is_known_as_well_as_the_offset(chart):
             coefficients,
             np.diag((1e-3 * camera.truth) ** 2),
             digital_maximum=16383.0,
-            convention="white level",
             offset_std_error_dn=error,
             offset_dof=1.0,
         )

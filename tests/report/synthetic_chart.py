@@ -51,7 +51,7 @@ def chart_curves(isos: tuple[float, ...] = (100.0,), ratios: tuple[float, ...] =
     made = [_points(rng, iso, ratios) for iso in isos]
     points, tonal, bracket = ([line for one in made for line in one[part]] for part in range(3))
     models = [
-        (iso, channel, DARK, SHOT, FIXED, BLACK, MAXIMUM, "white level", 30.1, 33.0)
+        (iso, channel, DARK, SHOT, FIXED, BLACK, MAXIMUM, "highest code", 30.1, 33.0)
         for iso in isos
         for channel in (*RESPONSE, "all")
     ]

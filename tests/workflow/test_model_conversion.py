@@ -245,7 +245,7 @@ BEST = ("recommended",)
 def results(path, *, channels=("R", "all"), extra=()):
     """Write results.json of a camera of 10 bit with the k's of two channels, and more rows."""
     covariance = np.diag(SPREAD**2)
-    ks = k_coefficients(TRUTH, covariance, digital_maximum=1023.0, convention="white level")
+    ks = k_coefficients(TRUTH, covariance, digital_maximum=1023.0)
     rows = []
     for channel in channels:
         place = {"channel": channel, "iso": 55.0}

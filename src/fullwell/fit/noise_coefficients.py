@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from fullwell.fit.photon_transfer import fit_photon_transfer
 from fullwell.units import ONE, Measured, combined_dof, square_root, student_975
 
+DIGITAL_MAXIMUM_IS: Final = "highest code"
+"""What D is of measured k's, in words: the converter's highest code, the black level not taken off."""
 CRITICAL_RATIO: Final = 2.71
 """95 % point of half a chi-square with none and half with one degree of freedom: the boundary's law (METHOD 1.7)."""
 
@@ -30,8 +32,6 @@ class NoiseCoefficientFit:
         Their signed squares [1].
     digital_maximum
         D [DN].
-    convention
-        What D is, in words: ``"white level"`` or ``"white level - black level"``.
 
     """
 
@@ -42,7 +42,6 @@ class NoiseCoefficientFit:
     k_shot_variance: Measured
     k_fpn_variance: Measured
     digital_maximum: float
-    convention: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +66,6 @@ def k_coefficients(
     covariance: NDArray[np.float64],
     *,
     digital_maximum: float,
-    convention: str,
     dof: float | None = None,
     offset_std_error_dn: float = 0.0,
     offset_dof: float | None = None,
@@ -80,8 +78,6 @@ def k_coefficients(
         A [DN^2], B [DN/e-], C [1] of a single frame, shapes (3,) and (3, 3), as ``single_frame()`` of a fit gives them.
     digital_maximum
         D [DN].
-    convention
-        What D is, in words; it goes with the k's wherever they go.
     dof
         Degrees of freedom of the covariance; None for many.
     offset_std_error_dn
@@ -108,7 +104,6 @@ def k_coefficients(
         k_shot_variance=shot,
         k_fpn_variance=fixed,
         digital_maximum=digital_maximum,
-        convention=convention,
     )
 
 

@@ -12,6 +12,7 @@ from fullwell.figures.results import Results, Row
 from fullwell.files import replaced_folder
 from fullwell.findings import Finding, worst_first
 from fullwell.fit.black_level import Evidence
+from fullwell.fit.noise_coefficients import DIGITAL_MAXIMUM_IS
 from fullwell.frames.images import load_images
 from fullwell.frames.series import Frame, Kind, Series, Study
 from fullwell.glossary import RECOMMENDED
@@ -312,5 +313,5 @@ def _settings(options: Options, asked: ChartOptions, outcome: ChartOutcome) -> M
         "white_level": selection.white_level,
         "crop": None if selection.crop is None else list(selection.crop),
         "digital_maximum_dn": maxima[0] if maxima else None,
-        "digital_maximum_is": "white level",
+        "digital_maximum_is": DIGITAL_MAXIMUM_IS,
     }

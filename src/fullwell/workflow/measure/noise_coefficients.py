@@ -122,7 +122,6 @@ def measure_noise_coefficients(
             model.coefficients,
             model.fit_covariance,
             digital_maximum=level.digital_maximum_dn,
-            convention="white level",
             dof=model.dof,
             offset_std_error_dn=level.black.std_error or 0.0,
             offset_dof=level.black.dof,

@@ -20,6 +20,7 @@ import numpy as np
 from fullwell.figures.results import Column, Curve
 from fullwell.figures.snr import snr_curve
 from fullwell.fit.gamma_likelihood import signed_deviance
+from fullwell.fit.noise_coefficients import DIGITAL_MAXIMUM_IS
 from fullwell.raw.cfa import ALL
 from fullwell.statistics.chart import PatchPoint
 from fullwell.units import DN, DN2, DN_PER_ELECTRON, ELECTRON, ONE
@@ -151,7 +152,7 @@ def _models(shots: Shots, levels: ChartLevels, models: Sequence[ChartModel]) -> 
             *(float(value) for value in model.coefficients),
             levels.of(model.channel).level.value,
             levels.digital_maximum,
-            "white level",
+            DIGITAL_MAXIMUM_IS,
             model.fit.deviance,
             model.fit.deviance_dof,
         )

@@ -71,7 +71,6 @@ def coefficients_of(levels: ChartLevels, model: ChartModel) -> NoiseCoefficientF
         model.coefficients,
         model.covariance,
         digital_maximum=levels.digital_maximum,
-        convention="white level",
         dof=model.fit.dof,
         offset_std_error_dn=black.error_dn,
         offset_dof=black.level.dof,
